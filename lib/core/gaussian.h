@@ -1,0 +1,36 @@
+#pragma once
+
+#include <gpsrecon/core/mixture.h>
+
+namespace gpsrecon {
+
+/// A Gaussian with what its evaluation needs, factored once.
+struct FactoredGaussian {
+  Vec3 mean;
+  Sym3 covariance;
+  Sym3 precision;          ///< Σ⁻¹
+  double log_determinant;  ///< ln |Σ|
+
+  /// Precondition: positive definite covariance.
+  explicit FactoredGaussian(const Gaussian& g);
+};
+
+/// ln f(x), Preiner et al. 2019, Eq. 2.
+double log_density(const FactoredGaussian& g, const Vec3& x);
+
+/// (x - μ)ᵀ Σ⁻¹ (x - μ)
+inline double squared_mahalanobis(const FactoredGaussian& g, const Vec3& x) {
+  return g.precision.quadratic_form(x - g.mean);
+}
+
+/// Kullback-Leibler divergence D(a‖b) >= 0, Preiner et al. 2014, Eq. 11.
+double kl_divergence(const FactoredGaussian& a, const FactoredGaussian& b);
+
+/// ln of the Bhattacharyya coefficient, <= 0, Preiner et al. 2019, Eq. 19. Symmetric in its arguments to the last bit
+/// and invariant under invertible affine maps.
+double log_bhattacharyya(const FactoredGaussian& a, const FactoredGaussian& b);
+
+/// The normalised product of two Gaussians, Preiner et al. 2019, Eq. 3 and 5.
+Gaussian product(const FactoredGaussian& a, const FactoredGaussian& b);
+
+}  // namespace gpsrecon

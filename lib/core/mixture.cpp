@@ -1,0 +1,51 @@
+#include <gpsrecon/core/error.h>
+#include <gpsrecon/core/mixture.h>
+
+namespace gpsrecon {
+namespace {
+
+[[noreturn]] void fail(std::size_t s, const std::string& what) {
+  throw InvariantError("mixture: component " + std::to_string(s) + " " + what);
+}
+
+}  // namespace
+
+void validate(const Mixture& mixture) {
+  const std::size_t n = mixture.size();
+  if (mixture.covariances.size() != n || mixture.weights.size() != n)
+    throw InvariantError("mixture: means, covariances and weights differ in length");
+  if ((!mixture.normals.empty() && mixture.normals.size() != n) ||
+      mixture.normal_variances.size() != mixture.normals.size())
+    throw InvariantError("mixture: normals and normal variances must be absent or one per component");
+  for (std::size_t s = 0; s < n; ++s) {
+    if (!mixture.means[s].allFinite()) fail(s, "has a mean that is not finite");
+    if (!mixture.covariances[s].all_finite()) fail(s, "has a covariance that is not finite");
+    if (!(mixture.weights[s] > 0) || !std::isfinite(mixture.weights[s])) fail(s, "has a weight that is not positive");
+    const Vec3 values = eigen_decomposition(mixture.covariances[s]).values;
+    // Half the bound: the eigenvalues of a matrix on the bound are only good to a few ulp of the largest.
+    if (!(values[2] > 0) || values[0] < 0.5 * min_eigenvalue_ratio * values[2])
+      fail(s, "has a covariance that is not positive definite");
+    if (!mixture.normals.empty() &&
+        !(std::abs(mixture.normals[s].norm() - 1) < 1e-6 && mixture.normal_variances[s] >= 0))
+      fail(s, "has a normal that is not a unit vector or a negative normal variance");
+  }
+}
+
+Mixture select(const Mixture& mixture, const std::vector<Index>& keep) {
+  Mixture kept;
+  kept.sigma0 = mixture.sigma0;
+  kept.frame = mixture.frame;
+  const auto gather = [&keep](const auto& from, auto& to) {
+    if (from.empty()) return;
+    to.reserve(keep.size());
+    for (const Index i : keep) to.push_back(from[i]);
+  };
+  gather(mixture.means, kept.means);
+  gather(mixture.covariances, kept.covariances);
+  gather(mixture.weights, kept.weights);
+  gather(mixture.normals, kept.normals);
+  gather(mixture.normal_variances, kept.normal_variances);
+  return kept;
+}
+
+}  // namespace gpsrecon

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <cstdint>
+
+namespace gpsrecon {
+
+/// Counter-based random numbers: a pure function of (seed, stream, counter), so results do not depend on the order in
+/// which threads ask. The mixing function is the finaliser of SplitMix64 (Steele, Lea, Flood 2014), applied per word.
+constexpr std::uint64_t random_bits(std::uint64_t seed, std::uint64_t stream, std::uint64_t counter) {
+  constexpr auto mix = [](std::uint64_t z) {
+    z += 0x9E3779B97F4A7C15ull;
+    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9ull;
+    z = (z ^ (z >> 27)) * 0x94D049BB133111EBull;
+    return z ^ (z >> 31);
+  };
+  return mix(mix(mix(seed) ^ stream) ^ counter);
+}
+
+/// Uniform in [0, 1) with 53 random bits.
+constexpr double random_uniform(std::uint64_t seed, std::uint64_t stream, std::uint64_t counter) {
+  return static_cast<double>(random_bits(seed, stream, counter) >> 11) * 0x1.0p-53;
+}
+
+}  // namespace gpsrecon

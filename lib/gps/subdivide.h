@@ -1,0 +1,42 @@
+#pragma once
+
+#include <gpsrecon/core/mesh.h>
+#include <gpsrecon/core/run_context.h>
+
+namespace gpsrecon {
+
+enum class LoopWeights {
+  loop,    ///< β = (5/8 - (3/8 + cos(2π/n)/4)²)/n, Loop 1987
+  warren,  ///< β = 3/16 for n = 3, 3/(8n) otherwise; refinement and masks only
+};
+
+/// What to do with boundary vertices of a single face.
+enum class CornerRule {
+  smooth,  ///< like any boundary vertex
+  sharp,   ///< kept
+};
+
+struct SubdivideOptions {
+  /// Number of refinement steps. Range: [0, 8].
+  int levels = 2;
+  /// Push the vertices of the last level to their limit positions and give limit normals; otherwise the vertices of the
+  /// last level themselves, with normals of the same limit surface.
+  bool limit = true;
+  LoopWeights weights = LoopWeights::loop;
+  CornerRule corners = CornerRule::smooth;
+
+  /// Throws OptionError naming the field and the value.
+  void check() const;
+};
+
+/// Gaussian-product Loop subdivision of a triangular covariance mesh: linear refinement of the dual points
+/// q = (vech Σ⁻¹, Σ⁻¹μ) in R⁹, mapped back by μ = [q̂]⁻¹ q̄ (Preiner et al. 2019, section 4, Eq. 11-13).
+/// The result has positions, unit normals (appendix B) and `sigma` = sqrt(max(0, nᵀΣn - σ0²)) per vertex, in the frame
+/// of the input. Level L has 4^L times the faces. O(size of the result).
+/// Throws OptionError; InvariantError if the mesh is not a valid covariance mesh or not triangular.
+Mesh subdivide(const CovMesh& mesh, const SubdivideOptions& options = {}, const RunContext& context = {});
+
+/// The smallest level <= max_level at which the mean edge is no longer than `target_edge`. Throws nothing.
+int level_for_edge_length(const CovMesh& mesh, double target_edge, int max_level = 3);
+
+}  // namespace gpsrecon

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <gpsrecon/core/point_cloud.h>
+#include <gpsrecon/core/run_context.h>
+
+namespace gpsrecon {
+
+struct ScaleOptions {
+  /// A point whose 8th neighbour is farther than this many times the median such distance is isolated and dropped.
+  /// Range: > 1; 0 = keep all.
+  double isolation = 4;
+
+  /// Throws OptionError naming the field and the value.
+  void check() const;
+};
+
+/// What the cloud says about its own resolution. Lengths in the units of the positions.
+struct Scale {
+  double spacing = 0;  ///< A: side of the area per point
+  double noise = 0;    ///< ν: standard deviation of the points across the surface, median over the cloud
+  double sigma0 = 0;   ///< standard deviation of the kernel each point gets: sqrt(A² + ν²)
+  std::vector<Index> isolated;  ///< points that are too far from all others to belong to a surface, ascending
+};
+
+/// Sample spacing from the distance d8 to the 8th neighbour, A = median(d8) sqrt(π/9), noise from the smallest principal
+/// deviation of 48 points, and the kernel width of the first mixture level from both. Weights are ignored.
+/// O(n log n). Throws OptionError; NoSurfaceError if fewer than three points are given.
+Scale estimate_scale(const PointCloud& cloud, const ScaleOptions& options = {}, const RunContext& context = {});
+
+}  // namespace gpsrecon

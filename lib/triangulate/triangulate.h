@@ -1,0 +1,48 @@
+#pragma once
+
+#include <gpsrecon/core/mesh.h>
+#include <gpsrecon/core/mixture.h>
+#include <gpsrecon/core/run_context.h>
+#include <optional>
+
+namespace gpsrecon {
+
+struct TriangulateOptions {
+  /// Smallest Bhattacharyya coefficient of two Gaussians that may share an edge. Range: (0, 1).
+  double min_overlap = 0.01;
+  /// Smallest dihedral angle between neighbouring triangles, in radians; π is flat. Range: [0, π).
+  double min_dihedral = 0.5235987755982988;  // π/6
+  /// Connected components with less than this share of the total weight are dropped. Range: [0, 1).
+  double min_component_share = 0.005;
+  /// Boundary loops of at most this many edges that the mixture itself bridges are closed. Range: >= 0; 0 = none.
+  int max_pinhole_edges = 12;
+  /// Where the sensor stood, in the units of the means: open components are turned towards it.
+  std::optional<Vec3> sensor;
+  /// Called from time to time with the faces so far (indices into the input mixture). May be empty.
+  std::function<void(std::size_t step, const FaceList& faces)> on_snapshot;
+
+  /// Throws OptionError naming the field and the value.
+  void check() const;
+};
+
+/// A covariance mesh and what was left out of it.
+struct Triangulation {
+  CovMesh mesh;
+  std::vector<Index> component_of_vertex;  ///< per mesh vertex: the component of the input mixture it came from
+  std::size_t leftover_components = 0;     ///< Gaussians that no face uses
+  double leftover_weight = 0;              ///< their weight, in points
+  std::size_t dropped_specks = 0;          ///< connected components below min_component_share
+  double dropped_speck_weight = 0;         ///< their weight, in points
+  std::size_t split_vertices = 0;          ///< copies made to part fans that touch in a vertex
+  std::size_t closed_pinholes = 0;         ///< boundary loops closed because the mixture bridges them
+  std::size_t flipped_components = 0;      ///< connected components turned over to face outward or the sensor
+};
+
+/// Connects the components of a mixture to a manifold, oriented triangle mesh: a greedy front over the graph of pairs
+/// with sufficient Bhattacharyya overlap, graded by overlap and flatness (Preiner et al. 2019, section 6.2, Eq. 18-22).
+/// Closed components face outward. O(n k log n) for n components of k overlapping neighbours.
+/// Throws OptionError, NoSurfaceError if no triangle can be made, Cancelled.
+Triangulation triangulate(const Mixture& mixture, const TriangulateOptions& options = {},
+                          const RunContext& context = {});
+
+}  // namespace gpsrecon
