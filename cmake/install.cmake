@@ -1,0 +1,1 @@
+# Installation rules and the exported package.
