@@ -176,7 +176,8 @@ bool close_by_triangles(GrowingSurface& surface, const OverlapGraph& graph, cons
 
 }  // namespace
 
-std::size_t close_pinholes(GrowingSurface& surface, const OverlapGraph& graph, std::size_t max_edges) {
+std::size_t close_pinholes(GrowingSurface& surface, const OverlapGraph& graph, const std::vector<Vec3>& sheet_normals,
+                           std::size_t max_edges) {
   std::size_t closed = 0;
   const auto close_with = [&](const TriangleJudge& judge) {
     for (bool progress = true; progress;) {
@@ -196,9 +197,8 @@ std::size_t close_pinholes(GrowingSurface& surface, const OverlapGraph& graph, s
   };
   // First by the rules of the front; then at angles and with slight overlaps that it shuns: a crumpled patch of a few
   // triangles does less harm than a hole.
-  close_with(TriangleJudge(graph, surface, 0.5));
-  close_with(TriangleJudge(graph, surface, 0.02, false));
-  if (getenv("DBG")) for (const Loop& loop : gap_loops(surface)) { printf("loop %zu simple %d:", loop.size(), simple(loop)); for (auto v: loop) { std::vector<GrowingSurface::Fan> f; surface.fans(v,f); printf(" %u(%zu fans)", v, f.size()); } if(loop.size()==3){ TriangleJudge j(graph,surface,0,false); printf(" dihedral %g bc %g", j.dihedral(loop[2],loop[1],loop[0]).value_or(-1), j.log_overlap(loop[0],loop[1],loop[2]).value_or(1)); } puts(""); }
+  close_with(TriangleJudge(graph, sheet_normals, surface, 0.5));
+  close_with(TriangleJudge(graph, sheet_normals, surface, 0.02, true));
   return closed;
 }
 
