@@ -34,6 +34,7 @@ void validate(const Mixture& mixture) {
 Mixture select(const Mixture& mixture, const std::vector<Index>& keep) {
   Mixture kept;
   kept.sigma0 = mixture.sigma0;
+  kept.spacing = mixture.spacing;
   kept.frame = mixture.frame;
   const auto gather = [&keep](const auto& from, auto& to) {
     if (from.empty()) return;

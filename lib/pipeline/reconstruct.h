@@ -1,0 +1,76 @@
+#pragma once
+
+#include <gpsrecon/core/clean.h>
+#include <gpsrecon/fit/fit.h>
+#include <gpsrecon/gps/subdivide.h>
+#include <gpsrecon/hem/hem.h>
+#include <gpsrecon/hem/scale.h>
+#include <gpsrecon/metrics/report.h>
+#include <gpsrecon/triangulate/triangulate.h>
+#include <optional>
+
+namespace gpsrecon {
+
+/// Options of the whole flow: those of the stages, and what only makes sense across them.
+struct ReconstructOptions {
+  ScaleOptions scale;
+  HemOptions hem;
+  TriangulateOptions triangulate;
+  FitOptions fit;
+  SubdivideOptions subdivide;
+  /// Divides the automatic kernel width: above 1 more detail, below 1 smoother. Clamped where the sheet would fall apart,
+  /// with a warning. Range: (0, 100].
+  double detail = 1;
+  /// Kernel width as a share of the diagonal, instead of the automatic one. Range: > 0; 0 = automatic.
+  double sigma0_rel = 0;
+  /// Refinement level of the mesh. Range: [0, 8]; -1 = the smallest level up to 3 whose edges are no longer than the
+  /// sample spacing.
+  int levels = -1;
+  /// Where the sensor stood, in world coordinates.
+  std::optional<Vec3> sensor;
+
+  /// Throws OptionError naming the field and the value.
+  void check() const;
+};
+
+/// The points the stages work on, and the scale found in them.
+struct PreparedCloud {
+  CleanCloud clean;  ///< without the isolated points
+  Scale scale;       ///< in local units; `isolated` refers to the points before they were dropped
+  std::size_t isolated = 0;
+  double diagonal = 0;  ///< bounding-box diagonal of the remaining points, local units
+};
+
+/// Cleans the cloud (core/clean.h), estimates its scale (hem/scale.h) and drops isolated points.
+/// Throws InputError if no point is finite; NoSurfaceError if the rest is one or two points, equal or on a line.
+PreparedCloud prepare(const PointCloud& world, const ScaleOptions& options = {}, const RunContext& context = {});
+
+struct Reconstruction {
+  CovMesh covmesh;
+  Mesh mesh;
+  ErrorReport report;
+};
+
+/// The stages one by one, as the chain and the commands of the program run them. Results of stages that are written to
+/// files are rounded so that the file gives back the same bits.
+Mixture mixture_stage(const PreparedCloud& cloud, const ReconstructOptions& options, const RunContext& context,
+                      ErrorReport& report);
+CovMesh triangulate_stage(const Mixture& mixture, const ReconstructOptions& options, const RunContext& context,
+                          ErrorReport& report);
+CovMesh fit_stage(CovMesh mesh, const PreparedCloud& cloud, const ReconstructOptions& options,
+                  const RunContext& context, ErrorReport& report);
+Mesh subdivide_stage(const CovMesh& mesh, const ReconstructOptions& options, const RunContext& context,
+                     ErrorReport& report);
+
+/// Points to surface: clean, scale, mixture, triangulation, fit, subdivision, report. The input is in world
+/// coordinates. Throws what the stages throw.
+Reconstruction reconstruct(const PointCloud& world, const ReconstructOptions& options = {},
+                           const RunContext& context = {});
+
+/// The flow from a mixture or a covariance mesh on; without points there is no fit and no distance in the report.
+Reconstruction reconstruct(const Mixture& mixture, const ReconstructOptions& options = {},
+                           const RunContext& context = {});
+Reconstruction reconstruct(const CovMesh& mesh, const ReconstructOptions& options = {},
+                           const RunContext& context = {});
+
+}  // namespace gpsrecon
