@@ -49,7 +49,7 @@ TurnedBall example_solid() {
   // Turned out of the coordinate axes, so that nothing is aligned with them.
   const Mat3 pose = (Eigen::AngleAxisd(0.5, Vec3::UnitX()) * Eigen::AngleAxisd(0.3, Vec3::UnitY())).toRotationMatrix();
   TurnedBall solid(ball_radius);
-  solid.add(pose * Vec3::UnitX(), bore(8));
+  solid.add(pose * Vec3::UnitX(), bore(9));
   solid.add(pose * Vec3::UnitZ(), knob(7, 31, 6));
   solid.add(pose * -Vec3::UnitZ(), boss(9, 27));
   solid.add(pose * Vec3::UnitY(), flat(10.5));
@@ -60,7 +60,7 @@ TurnedBall example_solid() {
 ScanOptions example_scan() {
   ScanOptions options;
   options.points = 100'000;
-  options.views = 24;
+  options.views = 36;
   options.distance = 4;
   options.max_incidence = 1.3;
   options.noise = 0.04;

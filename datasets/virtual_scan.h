@@ -44,6 +44,7 @@ struct VirtualScan {
 
 /// Scans the visible surface of a solid. The points are spread over the images of the cameras by a low-discrepancy
 /// sequence, so that their density on the surface varies with distance and incidence as that of a scanner does.
+/// Rays are followed until they are within 1e-10 bounding radii of the surface.
 /// A function of solid, options and context.seed only. O(points) distance evaluations of the solid, some dozens each.
 /// Throws OptionError; NoSurfaceError if no ray meets the solid at a sufficient angle; Cancelled.
 VirtualScan scan(const Solid& solid, const ScanOptions& options = {}, const RunContext& context = {});
