@@ -32,6 +32,7 @@ std::vector<NamedSolid> solids() {
           {"torus", std::make_shared<Lathe>(make_torus(2, 0.7)), 1},
           {"cylinder", std::make_shared<Lathe>(make_cylinder(1, 2)), 0},
           {"cuboid", std::make_shared<Cuboid>(Vec3(1, 2, 0.5)), 0},
+          {"lens", std::make_shared<Lathe>(Profile({0, -0.8}).line_to({2, 0}).line_to({0, 0.8})), 0},
           {"ball", std::make_shared<TurnedBall>(2), 0},
           {"example", std::make_shared<TurnedBall>(example_solid()), 1}};
 }

@@ -25,20 +25,22 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// Largest deviation of the empirical distribution from the standard normal one (Kolmogorov, Smirnov), times √n.
-double distance_from_normal(std::vector<double> samples) {
+/// Fails unless the samples look like a standard normal distribution: mean and variance within four standard errors,
+/// and the empirical distribution (Kolmogorov, Smirnov) within the bound exceeded with probability 0.001.
+void expect_standard_normal(std::vector<double> samples) {
   std::sort(samples.begin(), samples.end());
   const auto n = static_cast<double>(samples.size());
-  double largest = 0;
+  double mean = 0, variance = 0, largest = 0;
   for (std::size_t i = 0; i < samples.size(); ++i) {
+    mean += samples[i] / n;
+    variance += samples[i] * samples[i] / n;
     const double expected = 0.5 * std::erfc(-samples[i] / std::sqrt(2.0));
     largest = std::max({largest, expected - static_cast<double>(i) / n, static_cast<double>(i + 1) / n - expected});
   }
-  return largest * std::sqrt(n);
+  EXPECT_NEAR(mean, 0, 4 / std::sqrt(n));
+  EXPECT_NEAR(variance, 1, 4 * std::sqrt(2 / n));
+  EXPECT_LT(largest * std::sqrt(n), 1.95);
 }
-
-// Beyond this value with probability 0.001.
-constexpr double kolmogorov_bound = 1.95;
 
 ScanOptions options_of(std::size_t points) {
   ScanOptions options;
@@ -81,7 +83,7 @@ TEST(VirtualScan, NoiseIsNormalAlongTheRay) {
     noise[i] = error.dot(ray_of(result, i)) / options.noise;
     ASSERT_NEAR(error.norm(), options.noise * std::abs(noise[i]), 1e-12);
   }
-  EXPECT_LT(distance_from_normal(noise), kolmogorov_bound);
+  expect_standard_normal(noise);
 }
 
 // On flat faces the distance from the surface is the noise times the cosine of the incidence.
@@ -94,7 +96,7 @@ TEST(VirtualScan, DistanceFromTheSolidIsTheNoiseTimesTheCosine) {
   for (std::size_t i = 0; i < scaled.size(); ++i)
     scaled[i] = solid.distance(result.cloud.positions[i]) /
                 (options.noise * std::abs(ray_of(result, i).dot(result.cloud.normals[i])));
-  EXPECT_LT(distance_from_normal(scaled), kolmogorov_bound);
+  expect_standard_normal(scaled);
 }
 
 TEST(VirtualScan, RegistrationMovesEachViewRigidly) {
@@ -129,7 +131,7 @@ TEST(VirtualScan, RegistrationErrorsAreNormal) {
     }
   }
   EXPECT_GT(shifts.size(), 6000u);
-  EXPECT_LT(distance_from_normal(shifts), kolmogorov_bound);
+  expect_standard_normal(shifts);
 
   // A point s moves by ω × s, so its component along any unit vector u across s is normal too.
   options.registration_shift = 0;
@@ -141,7 +143,7 @@ TEST(VirtualScan, RegistrationErrorsAreNormal) {
     const Vec3 across = result.surface[i].unitOrthogonal();
     turns.push_back(across.dot(result.cloud.positions[i] - result.surface[i]) / options.registration_angle);
   }
-  EXPECT_LT(distance_from_normal(turns), kolmogorov_bound);
+  expect_standard_normal(turns);
 }
 
 TEST(VirtualScan, HasAsManyOutliersAsAskedFor) {
