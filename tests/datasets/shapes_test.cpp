@@ -212,7 +212,9 @@ TEST(Shapes, AnswerAtCentresAndOnAxes) {
   EXPECT_DOUBLE_EQ(make_torus(2, 0.7).distance(Vec3::Zero()), 1.3);
   EXPECT_DOUBLE_EQ(make_torus(2, 0.7).distance(Vec3(0, 2, 0)), -0.7);
   EXPECT_DOUBLE_EQ(make_cylinder(1, 2).distance(Vec3(0, 0, 5)), 3);
-  EXPECT_NEAR(example_solid().distance(Vec3::Zero()), 9, 1e-12);  // on the axis of the bore
+  const Lathe cone(Profile({0, -1}).line_to({1, -1}).line_to({0, 1}));
+  EXPECT_LT((cone.closest(Vec3(0, 0, 2)).normal - Vec3::UnitZ()).norm(), 1e-15);  // at the apex
+  EXPECT_NEAR(example_solid().distance(Vec3::Zero()), 9, 1e-12);                  // on the axis of the bore
 }
 
 // The same solid put together from half-spaces, balls, cylinders and a cone instead of its outline.
