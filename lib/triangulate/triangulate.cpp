@@ -48,7 +48,7 @@ Triangulation triangulate(const Mixture& mixture, const TriangulateOptions& opti
   grow_front(surface, graph, sheets, options, context);
 
   Triangulation result;
-  result.closed_pinholes = close_pinholes(surface, graph, sheets, static_cast<std::size_t>(options.max_pinhole_edges));
+  result.closed_pinholes = close_pinholes(surface, mixture, graph, sheets, options);
   CovMesh& mesh = result.mesh;
   mesh.faces = surface.faces();
   if (mesh.faces.empty())
