@@ -1,1 +1,55 @@
-# Installation rules and the exported package.
+# Installation rules and the exported package: find_package(gpsrecon), then link gpsrecon::gpsrecon.
+# (The plug-in for PCD files is installed where it is defined, in lib/io.)
+include(CMakePackageConfigHelpers)
+
+# The headers of the library's interface. All others are details of their stage and stay behind.
+set(GPSRECON_PUBLIC_HEADERS
+  core/clean.h
+  core/error.h
+  core/frame.h
+  core/gaussian.h
+  core/mesh.h
+  core/mesh_topology.h
+  core/mixture.h
+  core/neighbors.h
+  core/parallel.h
+  core/point_cloud.h
+  core/random.h
+  core/run_context.h
+  core/sym3.h
+  core/vec.h
+  fit/fit.h
+  gps/infer.h
+  gps/subdivide.h
+  hem/hem.h
+  hem/scale.h
+  io/io.h
+  metrics/compare.h
+  metrics/distance.h
+  metrics/file_hash.h
+  metrics/mesh_measures.h
+  metrics/report.h
+  metrics/resource_usage.h
+  metrics/statistics.h
+  pipeline/reconstruct.h
+  triangulate/triangulate.h)
+foreach(header IN LISTS GPSRECON_PUBLIC_HEADERS)
+  cmake_path(GET header PARENT_PATH stage)
+  install(FILES lib/${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/gpsrecon/${stage})
+endforeach()
+
+install(TARGETS gpsrecon EXPORT gpsrecon ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+if(TARGET gpsrecon_cli)
+  install(TARGETS gpsrecon_cli RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+endif()
+install(FILES docs/report.schema.json DESTINATION ${CMAKE_INSTALL_DATADIR}/gpsrecon)
+install(FILES LICENSE README.md CHANGELOG.md THIRD_PARTY.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
+
+set(package ${CMAKE_INSTALL_LIBDIR}/cmake/gpsrecon)
+install(EXPORT gpsrecon FILE gpsreconTargets.cmake NAMESPACE gpsrecon:: DESTINATION ${package})
+configure_package_config_file(cmake/gpsreconConfig.cmake.in ${PROJECT_BINARY_DIR}/gpsreconConfig.cmake
+  INSTALL_DESTINATION ${package} NO_SET_AND_CHECK_MACRO NO_CHECK_REQUIRED_COMPONENTS_MACRO)
+# Before 1.0 a minor version may change the interface.
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/gpsreconConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${PROJECT_BINARY_DIR}/gpsreconConfig.cmake ${PROJECT_BINARY_DIR}/gpsreconConfigVersion.cmake
+  DESTINATION ${package})

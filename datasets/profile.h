@@ -1,0 +1,69 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+namespace gpsrecon::datasets {
+
+/// A point (ρ, z) of a half-plane bounded by an axis: ρ >= 0 is the distance from the axis, z the height along it.
+using Vec2 = Eigen::Vector2d;
+
+/// The point of a profile that is closest to another point p.
+struct ProfilePoint {
+  Vec2 point;
+  Vec2 normal;              ///< unit, outward; at a corner the mean of both sides
+  double squared_distance;  ///< |p - point|²
+  bool outside;             ///< p lies on the outer side; false on the profile itself
+};
+
+/// The outline of a turned solid: a chain of straight segments and circular arcs in the half-plane (ρ, z), traversed
+/// with the outside on the right (a closed outline runs counter-clockwise). Which side a point lies on is told by the
+/// normal at the closest point; at corners by the mean of the two normals that meet there, which is right for every
+/// corner short of a cusp.
+class Profile {
+ public:
+  explicit Profile(const Vec2& start) : start_(start) {}
+
+  Profile& line_to(const Vec2& end);
+  /// The arc around `center` from the last point, turning left (counter-clockwise) or right, by at most half a circle.
+  /// Throws OptionError if the two ends are not equally far from the centre to 1e-9 or the arc is longer.
+  Profile& arc_left_to(const Vec2& end, const Vec2& center);
+  Profile& arc_right_to(const Vec2& end, const Vec2& center);
+
+  /// What continues the surface at the ends of the chain: the outward normal there.
+  void join_start(const Vec2& normal);
+  void join_end(const Vec2& normal);
+
+  const Vec2& start() const { return start_; }
+  const Vec2& end() const { return pieces_.empty() ? start_ : pieces_.back().end; }
+  const Vec2& start_normal() const { return pieces_.front().start_normal; }
+  const Vec2& end_normal() const { return pieces_.back().end_normal; }
+
+  /// Precondition: at least one piece. O(pieces).
+  ProfilePoint closest(const Vec2& p) const;
+
+  /// The smallest and largest corner of the box around the chain.
+  struct Box {
+    Vec2 min, max;
+  };
+  Box box() const;
+
+ private:
+  struct Piece {
+    Vec2 start = Vec2::Zero(), end = Vec2::Zero();
+    Vec2 start_normal = Vec2::Zero(), end_normal = Vec2::Zero();  ///< means with the neighbours, once joined
+    double turn = 0;  ///< 0 straight, +1 arc to the left, -1 arc to the right
+    Vec2 center = Vec2::Zero();
+    double radius = 0;
+
+    bool arc_covers(const Vec2& direction) const;
+    Vec2 own_normal(const Vec2& at) const;
+  };
+  Profile& arc_to(const Vec2& end, const Vec2& center, double turn);
+  Profile& append(Piece piece);
+
+  Vec2 start_;
+  std::vector<Piece> pieces_;
+};
+
+}  // namespace gpsrecon::datasets

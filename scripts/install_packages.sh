@@ -1,0 +1,45 @@
+#!/bin/sh
+# Installs the Debian packages that are missing, and nothing when none is.
+#
+#   scripts/install_packages.sh [build|test|develop]
+#
+#   build    what the library and the program need (default)
+#   test     and what the tests and benchmarks need
+#   develop  and what the format and lint checks need
+#
+# This is the only list of packages of the project. Debian 12 or later; elsewhere, install the same libraries by hand.
+set -eu
+
+build="g++ cmake ninja-build ccache libeigen3-dev libflann-dev liblz4-dev libcgal-dev libopenmesh-dev libcli11-dev
+  libspdlog-dev nlohmann-json3-dev libpcl-dev"
+test="libgtest-dev libgmock-dev libbenchmark-dev libosd-dev"
+develop="git clang-format-14 clang-tidy-14 clang-tools-14"
+
+case "${1:-build}" in
+  build) wanted="$build" ;;
+  test) wanted="$build $test" ;;
+  develop) wanted="$build $test $develop" ;;
+  *) echo "usage: scripts/install_packages.sh [build|test|develop]" >&2; exit 2 ;;
+esac
+
+missing=""
+for package in $wanted; do
+  status=$(dpkg-query --show --showformat='${db:Status-Status}' "$package" 2>/dev/null || true)
+  [ "$status" = installed ] || missing="$missing $package"
+done
+[ -n "$missing" ] || exit 0
+
+if [ "$(id -u)" -eq 0 ]; then
+  as_root=""
+elif command -v sudo >/dev/null; then
+  as_root="sudo"
+else
+  echo "install_packages.sh: these packages are missing, and neither root rights nor sudo are there:$missing" >&2
+  exit 1
+fi
+
+echo "Installing$missing"
+$as_root apt-get -q update
+# Through env, because sudo passes no environment on.
+# shellcheck disable=SC2086
+$as_root env DEBIAN_FRONTEND=noninteractive apt-get -q -y --no-install-recommends install $missing </dev/null

@@ -1,0 +1,26 @@
+#!/bin/sh
+# Installs what is missing, builds everything and runs all tests. The last line says how many passed, failed and were
+# skipped (tests on external data skip where GPSRECON_DATA_DIR has none). Exit code 0 only if no test failed.
+set -eu
+cd "$(dirname "$0")/.."
+
+scripts/install_packages.sh test
+scripts/build.sh -DGPSRECON_BUILD_TESTS=ON
+
+results=$PWD/build/release/test-results.xml
+rm -f "$results"
+# Waiting threads sleep: tests run side by side, and spinning ones would take the cores from the others.
+status=0
+OMP_WAIT_POLICY=PASSIVE ctest --test-dir build/release --parallel "$(nproc)" --output-on-failure \
+  --output-junit "$results" || status=$?
+[ -f "$results" ] || { echo "test.sh: ctest wrote no results" >&2; exit 1; }
+
+count() { grep -c "<testcase .*status=\"$1\"" "$results" || true; }
+passed=$(count run)
+skipped=$(count notrun)
+failed=$(count fail)
+echo
+echo "$passed passed, $failed failed, $skipped skipped"
+[ "$passed" -gt 0 ] || status=1
+[ "$failed" -eq 0 ] || status=1
+exit "$status"
