@@ -22,6 +22,9 @@ double largest_eigenvalue(const Sym3& a) {
 }
 
 Sym3 floor_eigenvalues(const Sym3& a, double relative_floor) {
+  // λmin = |A| / (λmid λmax) >= |A| / tr², a bound that spares the decomposition of all but the flattest.
+  const double trace = a.trace();
+  if (a.determinant() >= relative_floor * trace * trace * trace * (1 + 1e-9)) return a;
   const Eigen3 e = eigen_decomposition(a);
   const double floor = relative_floor * e.values[2];
   if (e.values[0] >= floor) return a;

@@ -1,0 +1,257 @@
+#include <algorithm>
+#include <cmath>
+#include <gpsrecon/core/gaussian.h>
+#include <gpsrecon/core/neighbors.h>
+#include <gpsrecon/core/parallel.h>
+#include <gpsrecon/core/random.h>
+#include <gpsrecon/hem/hem.h>
+#include <gpsrecon/hem/initial_mixture.h>
+#include <gpsrecon/hem/scale.h>
+#include <numbers>
+#include <string>
+
+namespace gpsrecon {
+namespace {
+
+constexpr double covariance_floor = 1e-6;     // smallest eigenvalue, relative to the largest
+constexpr std::size_t parents_per_block = 256;  // each holds the list of its children, so blocks are small
+
+/// Who may be merged into whom: for parent number s the children are child[offset[s] .. offset[s + 1]).
+struct Candidates {
+  std::vector<Index> parents;   ///< components drawn as parents, ascending
+  std::vector<char> is_parent;  ///< per component
+  std::vector<std::size_t> offset;
+  std::vector<Index> child;                ///< component
+  std::vector<double> log_likelihood;      ///< ln(w_s L_is); later the responsibility r_is
+  std::size_t orphans = 0;                 ///< components that are no parent and that no parent lists
+  std::vector<char> listed;                ///< per component: some parent lists it
+
+  std::size_t next_size() const { return parents.size() + orphans; }
+};
+
+/// Step 1: every component is a parent with the given probability. The stream is the level, the counter the component.
+void draw_parents(Candidates& c, std::size_t n, double probability, int level, std::uint64_t seed) {
+  c.is_parent.assign(n, 0);
+  for (std::size_t i = 0; i < n; ++i) {
+    if (random_uniform(seed, static_cast<std::uint64_t>(level), i) >= probability) continue;
+    c.is_parent[i] = 1;
+    c.parents.push_back(static_cast<Index>(i));
+  }
+}
+
+/// Steps 2 and 3: the components within reach of each parent, and their log-likelihoods (Preiner et al. 2014, Eq. 9, 11;
+/// Preiner et al. 2019, appendix A). Since tr(S) - 3 - ln|S| >= 0 for every S = Σs⁻¹Σi, D_KL <= α²/2 implies a
+/// Mahalanobis distance of at most α, so the ball of radius α sqrt(λmax(Σs)) holds all children.
+void list_children(Candidates& c, const Mixture& level, double alpha, const RunContext& context) {
+  const std::size_t n = level.size();
+  std::vector<double> log_determinant(n);
+  parallel_for(n, context, [&](std::size_t i) {
+    log_determinant[i] = Cholesky3(level.covariances[i]).log_determinant();
+  });
+
+  std::vector<Index> others;
+  std::vector<Vec3> other_means;
+  others.reserve(n - c.parents.size());
+  other_means.reserve(n - c.parents.size());
+  for (std::size_t i = 0; i < n; ++i) {
+    if (c.is_parent[i]) continue;
+    others.push_back(static_cast<Index>(i));
+    other_means.push_back(level.means[i]);
+  }
+  const Neighbors index(other_means);
+
+  struct Block {
+    std::vector<Index> child;
+    std::vector<double> log_likelihood;
+  };
+  const std::size_t parent_count = c.parents.size();
+  std::vector<Block> blocks((parent_count + parents_per_block - 1) / parents_per_block);
+  std::vector<std::size_t> count(parent_count);
+  const double log_2pi = 1.5 * std::log(2 * std::numbers::pi);
+  parallel_blocks(
+      parent_count, context,
+      [&](std::size_t block, std::size_t begin, std::size_t end) {
+        std::vector<Neighbor> near;
+        Block& out = blocks[block];
+        for (std::size_t p = begin; p < end; ++p) {
+          const Index s = c.parents[p];
+          const Sym3& covariance = level.covariances[s];
+          const Sym3 precision = Cholesky3(covariance).inverse();
+          const double log_weight = std::log(level.weights[s]);
+          index.within(level.means[s], alpha * std::sqrt(largest_eigenvalue(covariance)), near);
+          const std::size_t before = out.child.size();
+          for (const Neighbor& neighbor : near) {
+            const Index i = others[neighbor.index];
+            const double quadratic = precision.quadratic_form(level.means[i] - level.means[s]) +
+                                     trace_of_product(precision, level.covariances[i]);
+            const double twice_divergence = quadratic - 3 - log_determinant[i] + log_determinant[s];
+            if (!(twice_divergence <= alpha * alpha)) continue;
+            out.child.push_back(i);
+            out.log_likelihood.push_back(log_weight +
+                                         level.weights[i] * (-log_2pi - 0.5 * (log_determinant[s] + quadratic)));
+          }
+          count[p] = out.child.size() - before;
+        }
+      },
+      parents_per_block);
+
+  c.offset.assign(parent_count + 1, 0);
+  for (std::size_t p = 0; p < parent_count; ++p) c.offset[p + 1] = c.offset[p] + count[p];
+  c.child.reserve(c.offset.back());
+  c.log_likelihood.reserve(c.offset.back());
+  for (Block& block : blocks) {
+    c.child.insert(c.child.end(), block.child.begin(), block.child.end());
+    c.log_likelihood.insert(c.log_likelihood.end(), block.log_likelihood.begin(), block.log_likelihood.end());
+    block = {};
+  }
+  c.listed.assign(n, 0);
+  for (const Index i : c.child) c.listed[i] = 1;
+  c.orphans = 0;
+  for (std::size_t i = 0; i < n; ++i) c.orphans += !c.is_parent[i] && !c.listed[i] ? 1 : 0;
+}
+
+Candidates find_candidates(const Mixture& level, double probability, double alpha, int number,
+                           const RunContext& context) {
+  Candidates c;
+  draw_parents(c, level.size(), probability, number, context.seed);
+  list_children(c, level, alpha, context);
+  return c;
+}
+
+/// Step 4: responsibilities over all parents that list a child, r_is = softmax_s ln(w_s L_is). Two passes with the
+/// maximum subtracted: in the log domain the result does not depend on units.
+void responsibilities(Candidates& c, std::size_t n) {
+  std::vector<double> maximum(n, -std::numeric_limits<double>::infinity());
+  for (std::size_t e = 0; e < c.child.size(); ++e)
+    maximum[c.child[e]] = std::max(maximum[c.child[e]], c.log_likelihood[e]);
+  std::vector<double> sum(n, 0.0);
+  for (std::size_t e = 0; e < c.child.size(); ++e) {
+    c.log_likelihood[e] = std::exp(c.log_likelihood[e] - maximum[c.child[e]]);
+    sum[c.child[e]] += c.log_likelihood[e];
+  }
+  for (std::size_t e = 0; e < c.child.size(); ++e) c.log_likelihood[e] /= sum[c.child[e]];
+}
+
+/// Step 5 for one parent: moments of its children and itself (Preiner et al. 2014, Eq. 10), and of their wrapped normals
+/// (Eq. 29-30), whose axes are first turned to the parent's side.
+void merge_children(const Mixture& level, const Candidates& c, std::size_t p, Mixture& next, std::size_t slot) {
+  const Index s = c.parents[p];
+  const Vec3& origin = level.means[s];  // moments about the parent's mean lose nothing to its position
+  double weight = level.weights[s];
+  Vec3 shift = Vec3::Zero();
+  for (std::size_t e = c.offset[p]; e < c.offset[p + 1]; ++e) {
+    const double w = c.log_likelihood[e] * level.weights[c.child[e]];
+    weight += w;
+    shift += w * (level.means[c.child[e]] - origin);
+  }
+  shift /= weight;
+  Sym3 covariance = level.weights[s] / weight * (level.covariances[s] + Sym3::outer(shift));
+  for (std::size_t e = c.offset[p]; e < c.offset[p + 1]; ++e) {
+    const Index i = c.child[e];
+    const double share = c.log_likelihood[e] * level.weights[i] / weight;
+    covariance += share * (level.covariances[i] + Sym3::outer(level.means[i] - origin - shift));
+  }
+  next.weights[slot] = weight;
+  next.means[slot] = origin + shift;
+  next.covariances[slot] = floor_eigenvalues(covariance, covariance_floor);
+
+  if (level.normals.empty()) return;
+  const Vec3& axis = level.normals[s];
+  Vec3 mean_axis = level.weights[s] / weight * axis;
+  double variance = level.weights[s] / weight * level.normal_variances[s];
+  for (std::size_t e = c.offset[p]; e < c.offset[p + 1]; ++e) {
+    const Index i = c.child[e];
+    const double share = c.log_likelihood[e] * level.weights[i] / weight;
+    mean_axis += (level.normals[i].dot(axis) < 0 ? -share : share) * level.normals[i];
+    variance += share * level.normal_variances[i];
+  }
+  const double resultant = std::min(1.0, mean_axis.norm());
+  next.normals[slot] = mean_axis.normalized();
+  next.normal_variances[slot] = variance - 2 * std::log(resultant);
+}
+
+/// The next level: parents with their children merged and orphans as they are, in the order of the components they
+/// came from, which keeps neighbours in space close in memory.
+Mixture next_level(const Mixture& level, const Candidates& c, const RunContext& context) {
+  const std::size_t n = level.size();
+  std::vector<Index> kept;
+  std::vector<Index> slot_of_parent(c.parents.size());
+  kept.reserve(c.next_size());
+  for (std::size_t i = 0, p = 0; i < n; ++i) {
+    if (c.is_parent[i]) slot_of_parent[p++] = static_cast<Index>(kept.size());
+    if (c.is_parent[i] || !c.listed[i]) kept.push_back(static_cast<Index>(i));
+  }
+  Mixture next = select(level, kept);
+  parallel_for(
+      c.parents.size(), context, [&](std::size_t p) { merge_children(level, c, p, next, slot_of_parent[p]); },
+      parents_per_block);
+  return next;
+}
+
+/// Candidates whose next level has `target` components within 2 %, by bisection of the parent probability: more
+/// parents, more components. The draws are nested, as the random numbers do not depend on the probability.
+Candidates adapt_probability(const Mixture& level, Candidates at_or_below, std::size_t target, const HemOptions& options,
+                             int number, const RunContext& context) {
+  double low = options.parent_probability, high = 1;
+  Candidates best = std::move(at_or_below);
+  const auto error = [target](const Candidates& c) {
+    return std::abs(static_cast<double>(c.next_size()) - static_cast<double>(target));
+  };
+  for (int step = 0; step < 30 && error(best) > 0.005 * static_cast<double>(target); ++step) {
+    const double probability = 0.5 * (low + high);
+    Candidates c = find_candidates(level, probability, options.alpha, number, context);
+    (c.next_size() > target ? high : low) = probability;
+    if (error(c) < error(best)) best = std::move(c);
+  }
+  return best;
+}
+
+}  // namespace
+
+void HemOptions::check() const {
+  const auto fail = [](const char* field, const char* range, double value) {
+    throw OptionError(std::string(field) + " must be " + range + ", not " + std::to_string(value));
+  };
+  if (!(sigma0 >= 0) || !std::isfinite(sigma0)) fail("sigma0", "positive, or 0 for automatic", sigma0);
+  if (!(spacing >= 0) || !std::isfinite(spacing)) fail("spacing", "positive, or 0 for automatic", spacing);
+  if (!(alpha > 0 && alpha <= 10)) fail("alpha", "in (0, 10]", alpha);
+  if (!(parent_probability > 0 && parent_probability < 1)) fail("parent_probability", "in (0, 1)", parent_probability);
+  if (!(min_reduction >= 0 && min_reduction < 1)) fail("min_reduction", "in [0, 1)", min_reduction);
+  if (max_levels < 0) fail("max_levels", "at least 0", max_levels);
+  if (neighbors < 4 || neighbors > 1000) fail("neighbors", "in [4, 1000]", neighbors);
+}
+
+Mixture build_mixture(const PointCloud& cloud, const HemOptions& given, const RunContext& context) {
+  given.check();
+  if (cloud.empty()) throw NoSurfaceError("no mixture of an empty cloud");
+  HemOptions options = given;
+  const bool needs_spacing = options.initial == InitialCovariance::local || options.balance;
+  if (options.sigma0 == 0 || (options.spacing == 0 && needs_spacing)) {
+    const Scale scale = estimate_scale(cloud, {}, context);
+    if (options.sigma0 == 0) options.sigma0 = scale.sigma0;
+    if (options.spacing == 0) options.spacing = scale.spacing;
+  }
+  if (!(options.sigma0 > 0)) throw NoSurfaceError("the points coincide: their spacing is zero");
+
+  Mixture level = initial_mixture(cloud, options, context);
+  if (options.on_level) options.on_level(0, level);
+  const auto start = static_cast<double>(level.size());
+  for (int number = 1; options.max_levels == 0 || number <= options.max_levels; ++number) {
+    const std::size_t n = level.size();
+    const std::size_t target = options.target_components;
+    if (target > 0 && n <= target) break;
+    Candidates c = find_candidates(level, options.parent_probability, options.alpha, number, context);
+    const bool last = target > 0 && c.next_size() <= target;
+    if (last) c = adapt_probability(level, std::move(c), target, options, number, context);
+    const double removed = 1 - static_cast<double>(c.next_size()) / static_cast<double>(n);
+    if (!last && (c.next_size() == n || removed < options.min_reduction)) break;
+    responsibilities(c, n);
+    level = next_level(level, c, context);
+    context.progress("mixture", 1 - std::log(static_cast<double>(level.size())) / std::log(start + 1));
+    if (options.on_level) options.on_level(number, level);
+    if (last) break;
+  }
+  return level;
+}
+
+}  // namespace gpsrecon

@@ -1,0 +1,89 @@
+#include <algorithm>
+#include <gpsrecon/core/neighbors.h>
+#include <gpsrecon/core/parallel.h>
+#include <gpsrecon/hem/initial_mixture.h>
+
+namespace gpsrecon {
+namespace {
+
+/// Covariance of the points nearest to `center`, itself included.
+Sym3 local_covariance(const std::vector<Vec3>& points, const Vec3& center, const std::vector<Neighbor>& near) {
+  const double share = 1.0 / static_cast<double>(near.size());
+  Vec3 mean = Vec3::Zero();
+  for (const Neighbor& n : near) mean += share * (points[n.index] - center);
+  Sym3 covariance;
+  for (const Neighbor& n : near) covariance += share * Sym3::outer(points[n.index] - center - mean);
+  return covariance;
+}
+
+/// Weights w_i = 1/v_i, v_i = Σ_j w_j θ(|p_i - p_j|), θ(r) = exp(-r²/(h/4)²) (Preiner et al. 2014, Eq. 25-26),
+/// renormalised to the number of points. The support h is six spacings: h/4 then holds a handful of points.
+void balance_weights(const PointCloud& cloud, const Neighbors& index, double spacing, std::vector<double>& weights,
+                     const RunContext& context) {
+  const double quarter = 6 * spacing / 4;
+  const double total = parallel_sum<double>(weights.size(), context, [&](std::size_t i) { return weights[i]; });
+  std::vector<double> balanced(weights.size());
+  parallel_blocks(weights.size(), context, [&](std::size_t, std::size_t begin, std::size_t end) {
+    std::vector<Neighbor> found;
+    for (std::size_t i = begin; i < end; ++i) {
+      index.within(cloud.positions[i], 3 * quarter, found);
+      double density = 0;
+      for (const Neighbor& n : found) {
+        const double r = n.distance / quarter;
+        density += weights[n.index] * std::exp(-r * r);
+      }
+      balanced[i] = weights[i] / density;
+    }
+  });
+  const double sum = parallel_sum<double>(balanced.size(), context, [&](std::size_t i) { return balanced[i]; });
+  for (std::size_t i = 0; i < weights.size(); ++i) weights[i] = balanced[i] * (total / sum);
+}
+
+}  // namespace
+
+Mixture initial_mixture(const PointCloud& cloud, const HemOptions& options, const RunContext& context) {
+  const std::size_t n = cloud.size();
+  const double variance = options.sigma0 * options.sigma0;
+  Mixture mixture;
+  mixture.frame = cloud.frame;
+  mixture.sigma0 = options.sigma0;
+  mixture.spacing = options.spacing;
+  mixture.means = cloud.positions;
+  mixture.covariances.assign(n, Sym3::identity(variance));
+  mixture.weights = cloud.weights;
+  if (mixture.weights.empty()) mixture.weights.assign(n, 1.0);
+
+  const bool local = options.initial == InitialCovariance::local;
+  const bool estimate_normals = options.normals && cloud.normals.empty();
+  if (options.normals) {
+    mixture.normals.assign(n, Vec3::UnitZ());
+    mixture.normal_variances.assign(n, 0.0);  // concentration ρ = 1
+    for (std::size_t i = 0; i < cloud.normals.size(); ++i)
+      if (cloud.normals[i].norm() > 0) mixture.normals[i] = cloud.normals[i].normalized();
+  }
+  if (!local && !estimate_normals && !options.balance) return mixture;
+
+  const Neighbors index(cloud.positions);
+  if (local || estimate_normals) {
+    parallel_blocks(
+        n, context,
+        [&](std::size_t, std::size_t begin, std::size_t end) {
+          std::vector<Neighbor> near;
+          for (std::size_t i = begin; i < end; ++i) {
+            index.nearest(cloud.positions[i], static_cast<std::size_t>(options.neighbors), near);
+            const Sym3 covariance = local_covariance(cloud.positions, cloud.positions[i], near);
+            const Eigen3 e = eigen_decomposition(covariance);
+            if (estimate_normals) mixture.normals[i] = e.vectors.col(0);
+            if (local && e.values[2] > 0) {
+              // Scaled so that its largest deviation is the spacing: comparable from point to point, whatever k was.
+              mixture.covariances[i] += options.spacing * options.spacing / e.values[2] * covariance;
+            }
+          }
+        },
+        1024);
+  }
+  if (options.balance) balance_weights(cloud, index, options.spacing, mixture.weights, context);
+  return mixture;
+}
+
+}  // namespace gpsrecon

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <gpsrecon/core/gaussian.h>
+#include <gpsrecon/core/mixture.h>
+#include <gpsrecon/core/run_context.h>
+#include <span>
+#include <vector>
+
+namespace gpsrecon {
+
+/// Pairs of Gaussians that overlap enough to share an edge, as sorted adjacency lists.
+struct OverlapGraph {
+  struct Link {
+    Index to;
+    double log_overlap;  ///< ln BC <= 0
+  };
+  std::vector<std::size_t> offset{0};  ///< links of component i: links[offset[i] .. offset[i + 1])
+  std::vector<Link> links;             ///< ascending by `to` within a component
+
+  std::span<const Link> operator[](Index i) const {
+    return {links.data() + offset[i], links.data() + offset[i + 1]};
+  }
+  /// ln BC of two components, or nullptr if they overlap too little. O(log k).
+  const double* find(Index i, Index j) const;
+};
+
+/// All pairs with Bhattacharyya coefficient >= min_overlap (Preiner et al. 2019, Eq. 19). O(n k log n).
+OverlapGraph overlap_graph(const Mixture& mixture, double min_overlap, const RunContext& context);
+
+}  // namespace gpsrecon

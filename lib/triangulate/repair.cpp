@@ -1,0 +1,332 @@
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <gpsrecon/core/mesh_topology.h>
+#include <gpsrecon/triangulate/repair.h>
+#include <limits>
+#include <numbers>
+
+namespace gpsrecon {
+namespace {
+
+/// The edge of the surface's boundary that bounds the same gap at v as the boundary edge from -> v: the first one met when
+/// turning counter-clockwise from v -> from, through the gap. With a single fan there is no choice.
+Index next_around_gap(const GrowingSurface& surface, Index from, Index v, std::vector<GrowingSurface::Fan>& fans) {
+  surface.fans(v, fans);
+  std::erase_if(fans, [](const auto& fan) { return fan.closed(); });
+  if (fans.size() == 1) return fans.front().first;
+  Vec3 normal = Vec3::Zero();
+  for (const Index t : surface.triangles_around(v)) normal += surface.normal(t);
+  if (normal.norm() == 0) return no_index;
+  normal.normalize();
+  const Vec3 start = surface.position(from) - surface.position(v);
+  Index best = no_index;
+  double best_angle = std::numeric_limits<double>::infinity();
+  for (const auto& fan : fans) {
+    const Vec3 direction = surface.position(fan.first) - surface.position(v);
+    double angle = std::atan2(normal.dot(start.cross(direction)),
+                              start.dot(direction) - normal.dot(start) * normal.dot(direction));
+    if (angle <= 0) angle += 2 * std::numbers::pi;
+    if (angle < best_angle) best_angle = angle, best = fan.first;
+  }
+  return best;
+}
+
+using Loop = std::vector<Index>;
+
+/// Boundary loops that run around gaps: where fans touch in a vertex, the loop crosses from one to the other.
+std::vector<Loop> gap_loops(const GrowingSurface& surface) {
+  struct Edge {
+    Index from, to;
+    bool operator<(const Edge& o) const { return std::pair(from, to) < std::pair(o.from, o.to); }
+  };
+  std::vector<Edge> edges;
+  for (Index t = 0; t < surface.triangle_slots(); ++t) {
+    if (!surface.alive(t)) continue;
+    const auto& corners = surface.triangle(t);
+    for (std::size_t k = 0; k < 3; ++k)
+      if (surface.on_front(corners[k], corners[(k + 1) % 3])) edges.push_back({corners[k], corners[(k + 1) % 3]});
+  }
+  std::sort(edges.begin(), edges.end());
+  std::vector<char> seen(edges.size(), 0);
+  const auto number = [&](Index from, Index to) {
+    const auto at = std::lower_bound(edges.begin(), edges.end(), Edge{from, to});
+    return static_cast<std::size_t>(at - edges.begin());
+  };
+  std::vector<Loop> loops;
+  std::vector<GrowingSurface::Fan> fans;
+  for (std::size_t start = 0; start < edges.size(); ++start) {
+    if (seen[start]) continue;
+    Loop loop;
+    for (std::size_t e = start; !seen[e];) {
+      seen[e] = 1;
+      loop.push_back(edges[e].from);
+      const Index next = next_around_gap(surface, edges[e].from, edges[e].to, fans);
+      if (next == no_index) break;
+      e = number(edges[e].to, next);
+    }
+    loops.push_back(std::move(loop));
+  }
+  return loops;
+}
+
+bool simple(const Loop& loop) {
+  Loop sorted = loop;
+  std::sort(sorted.begin(), sorted.end());
+  return std::adjacent_find(sorted.begin(), sorted.end()) == sorted.end();
+}
+
+/// The triangles that close a loop, or none.
+using Patch = std::vector<GrowingSurface::Triangle>;
+
+/// Adds all triangles if each is admissible when its turn comes, trying orders; otherwise leaves the surface as it was.
+bool apply(GrowingSurface& surface, const TriangleJudge& judge, Patch patch) {
+  std::vector<Index> added;
+  while (!patch.empty()) {
+    const auto next = std::find_if(patch.begin(), patch.end(), [&](const auto& t) {
+      return judge.dihedral(t[0], t[1], t[2]).has_value();
+    });
+    if (next == patch.end()) break;
+    added.push_back(surface.add(*next));
+    patch.erase(next);
+  }
+  if (patch.empty()) return true;
+  for (auto t = added.rbegin(); t != added.rend(); ++t) surface.remove(*t);
+  return false;
+}
+
+/// A fan around an unused component that overlaps every vertex of the loop: the hole is there because the component is
+/// missing from the surface.
+bool close_around_leftover(GrowingSurface& surface, const OverlapGraph& graph, const TriangleJudge& judge,
+                           const Loop& loop) {
+  struct Choice {
+    double log_overlap;
+    Index center;
+  };
+  std::vector<Choice> choices;
+  for (const OverlapGraph::Link& link : graph[loop.front()]) {
+    if (surface.used(link.to)) continue;
+    double worst = 0;
+    for (const Index v : loop) {
+      const double* log_overlap = graph.find(link.to, v);
+      worst = std::min(worst, log_overlap == nullptr ? -std::numeric_limits<double>::infinity() : *log_overlap);
+    }
+    if (std::isfinite(worst)) choices.push_back({worst, link.to});
+  }
+  std::sort(choices.begin(), choices.end(), [](const Choice& a, const Choice& b) {
+    return a.log_overlap != b.log_overlap ? a.log_overlap > b.log_overlap : a.center < b.center;
+  });
+  for (const Choice& choice : choices) {
+    Patch patch;
+    for (std::size_t k = 0; k < loop.size(); ++k)
+      patch.push_back({loop[(k + 1) % loop.size()], loop[k], choice.center});
+    if (apply(surface, judge, std::move(patch))) return true;
+  }
+  return false;
+}
+
+/// The triangulation of the loop, without new vertices, of least sum of -ln BC over its triangles' sides plus a penalty
+/// for bending; all sides must overlap. Dynamic programming over sub-polygons, O(m³).
+bool close_by_triangles(GrowingSurface& surface, const OverlapGraph& graph, const TriangleJudge& judge,
+                        const Loop& loop) {
+  const std::size_t m = loop.size();
+  const double infinity = std::numeric_limits<double>::infinity();
+  const auto side = [&](std::size_t i, std::size_t j) {  // cost of the side between corners i < j
+    if (j == i + 1 || (i == 0 && j == m - 1)) return 0.0;
+    const double* log_overlap = graph.find(loop[i], loop[j]);
+    if (log_overlap == nullptr || surface.has(loop[i], loop[j]) || surface.has(loop[j], loop[i])) return infinity;
+    return -*log_overlap;
+  };
+  // Normals of the surface across the boundary edges, for the bend at the rim.
+  const auto rim_normal = [&](std::size_t i) {
+    return surface.normal(surface.triangle_at(loop[i], loop[(i + 1) % m]));
+  };
+  std::vector<double> cost(m * m, infinity);
+  std::vector<std::size_t> split(m * m, 0);
+  for (std::size_t i = 0; i + 1 < m; ++i) cost[i * m + i + 1] = 0;
+  for (std::size_t width = 2; width < m; ++width)
+    for (std::size_t i = 0; i + width < m; ++i) {
+      const std::size_t j = i + width;
+      const double outer = side(i, j);
+      if (outer == infinity) continue;
+      for (std::size_t k = i + 1; k < j; ++k) {
+        double sum = cost[i * m + k] + cost[k * m + j] + outer;
+        if (!(sum < cost[i * m + j])) continue;
+        const Vec3 normal = surface.unit_normal(loop[j], loop[k], loop[i]);
+        const auto bend = [&](std::size_t rim) { return 1 - normal.dot(rim_normal(rim)); };
+        if (k == i + 1) sum += bend(i);
+        if (j == k + 1) sum += bend(k);
+        if (i == 0 && j == m - 1) sum += bend(m - 1);
+        if (sum < cost[i * m + j]) cost[i * m + j] = sum, split[i * m + j] = k;
+      }
+    }
+  if (cost[m - 1] == infinity) return false;
+  Patch patch;
+  std::vector<std::pair<std::size_t, std::size_t>> stack{{0, m - 1}};
+  while (!stack.empty()) {
+    const auto [i, j] = stack.back();
+    stack.pop_back();
+    if (j - i < 2) continue;
+    const std::size_t k = split[i * m + j];
+    patch.push_back({loop[j], loop[k], loop[i]});
+    stack.push_back({i, k});
+    stack.push_back({k, j});
+  }
+  return apply(surface, judge, std::move(patch));
+}
+
+}  // namespace
+
+std::size_t close_pinholes(GrowingSurface& surface, const OverlapGraph& graph, std::size_t max_edges) {
+  std::size_t closed = 0;
+  const auto close_with = [&](const TriangleJudge& judge) {
+    for (bool progress = true; progress;) {
+      progress = false;
+      for (const Loop& loop : gap_loops(surface)) {
+        if (loop.size() < 3 || loop.size() > max_edges || !simple(loop)) continue;
+        bool still_open = true;
+        for (std::size_t k = 0; k < loop.size(); ++k)
+          still_open = still_open && surface.on_front(loop[k], loop[(k + 1) % loop.size()]);
+        if (!still_open) continue;
+        if (close_around_leftover(surface, graph, judge, loop) || close_by_triangles(surface, graph, judge, loop)) {
+          ++closed;
+          progress = true;
+        }
+      }
+    }
+  };
+  // First by the rules of the front; then at angles and with slight overlaps that it shuns: a crumpled patch of a few
+  // triangles does less harm than a hole.
+  close_with(TriangleJudge(graph, surface, 0.5));
+  close_with(TriangleJudge(graph, surface, 0.02, false));
+  if (getenv("DBG")) for (const Loop& loop : gap_loops(surface)) { printf("loop %zu simple %d:", loop.size(), simple(loop)); for (auto v: loop) { std::vector<GrowingSurface::Fan> f; surface.fans(v,f); printf(" %u(%zu fans)", v, f.size()); } if(loop.size()==3){ TriangleJudge j(graph,surface,0,false); printf(" dihedral %g bc %g", j.dihedral(loop[2],loop[1],loop[0]).value_or(-1), j.log_overlap(loop[0],loop[1],loop[2]).value_or(1)); } puts(""); }
+  return closed;
+}
+
+std::size_t split_vertices(Mixture& vertices, std::vector<Index>& component_of_vertex, FaceList& faces) {
+  const HalfEdges he = half_edges(faces, vertices.size());
+  const std::vector<Index> fan_count = vertex_fans(faces, he, vertices.size());
+  std::size_t copies = 0;
+  // Per vertex with several fans: the corners of each fan.
+  std::vector<std::vector<Index>> corners_at(vertices.size());
+  for (Index h = 0; h < faces.corners.size(); ++h)
+    if (fan_count[faces.corners[h]] > 1) corners_at[faces.corners[h]].push_back(h);
+  const std::size_t original = vertices.size();
+  for (Index v = 0; v < original; ++v) {
+    if (corners_at[v].empty()) continue;
+    std::vector<std::vector<Index>> fans;
+    std::vector<Index> open = corners_at[v];
+    while (!open.empty()) {
+      // Grow the fan of one corner in both directions.
+      std::vector<Index> fan{open.front()};
+      for (std::size_t k = 0; k < fan.size(); ++k) {
+        const auto visit = [&](Index h) {
+          if (std::find(fan.begin(), fan.end(), h) == fan.end()) fan.push_back(h);
+        };
+        const Index out = fan[k];
+        const Index in = he.next[he.next[out]];
+        if (he.opposite[out] != no_index) visit(he.next[he.opposite[out]]);
+        if (he.opposite[in] != no_index) visit(he.opposite[in]);
+      }
+      std::erase_if(open, [&](Index h) { return std::find(fan.begin(), fan.end(), h) != fan.end(); });
+      fans.push_back(std::move(fan));
+    }
+    std::stable_sort(fans.begin(), fans.end(), [](const auto& a, const auto& b) { return a.size() > b.size(); });
+    const double weight = vertices.weights[v] / static_cast<double>(fans.size());
+    const Vec3 mean = vertices.means[v];
+    for (std::size_t f = 0; f < fans.size(); ++f) {
+      Index copy = v;
+      if (f > 0) {
+        copy = static_cast<Index>(vertices.size());
+        vertices.means.push_back(mean);
+        vertices.covariances.push_back(vertices.covariances[v]);
+        vertices.weights.push_back(weight);
+        if (!vertices.normals.empty()) {
+          vertices.normals.push_back(vertices.normals[v]);
+          vertices.normal_variances.push_back(vertices.normal_variances[v]);
+        }
+        component_of_vertex.push_back(component_of_vertex[v]);
+        ++copies;
+      }
+      vertices.weights[copy] = weight;
+      // A tenth of the way to the centroid of the fan.
+      Vec3 centroid = Vec3::Zero();
+      for (const Index h : fans[f])
+        centroid += 0.5 * (vertices.means[faces.corners[he.next[h]]] + vertices.means[faces.corners[he.next[he.next[h]]]]);
+      centroid /= static_cast<double>(fans[f].size());
+      vertices.means[copy] = mean + 0.1 * (centroid - mean);
+      for (const Index h : fans[f]) faces.corners[h] = copy;
+    }
+  }
+  return copies;
+}
+
+Specks drop_specks(const Mixture& vertices, FaceList& faces, double min_share) {
+  const HalfEdges he = half_edges(faces, vertices.size());
+  const Components components = face_components(faces, he);
+  std::vector<double> weight(components.count, 0);
+  std::vector<Index> counted_for(vertices.size(), no_index);
+  double total = 0;
+  for (const double w : vertices.weights) total += w;
+  for (std::size_t h = 0; h < faces.corners.size(); ++h) {
+    const Index component = components.of_face[he.face[h]];
+    if (counted_for[faces.corners[h]] == component) continue;
+    counted_for[faces.corners[h]] = component;
+    weight[component] += vertices.weights[faces.corners[h]];
+  }
+  // Never everything: the heaviest component stays whatever its share.
+  const auto heaviest =
+      static_cast<std::size_t>(std::max_element(weight.begin(), weight.end()) - weight.begin());
+  Specks specks;
+  std::vector<char> drop(components.count, 0);
+  for (std::size_t c = 0; c < components.count; ++c) {
+    if (c == heaviest || weight[c] >= min_share * total) continue;
+    drop[c] = 1;
+    ++specks.count;
+    specks.weight += weight[c];
+  }
+  FaceList kept;
+  kept.reserve(faces.size(), faces.corners.size());
+  for (std::size_t f = 0; f < faces.size(); ++f)
+    if (!drop[components.of_face[f]]) kept.add(faces[f]);
+  faces = std::move(kept);
+  return specks;
+}
+
+std::size_t orient(const Mixture& vertices, FaceList& faces, const std::optional<Vec3>& sensor) {
+  const HalfEdges he = half_edges(faces, vertices.size());
+  const Components components = face_components(faces, he);
+  std::vector<Vec3> centroid(components.count, Vec3::Zero());
+  std::vector<double> area(components.count, 0);
+  std::vector<char> open(components.count, 0);
+  const auto face_vectors = [&](std::size_t f) {  // centre, and normal with the area as length
+    const auto t = faces[f];
+    const Vec3 &a = vertices.means[t[0]], &b = vertices.means[t[1]], &c = vertices.means[t[2]];
+    return std::pair<Vec3, Vec3>((a + b + c) / 3, 0.5 * (b - a).cross(c - a));
+  };
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    const auto [center, normal] = face_vectors(f);
+    centroid[components.of_face[f]] += normal.norm() * center;
+    area[components.of_face[f]] += normal.norm();
+  }
+  for (std::size_t h = 0; h < he.opposite.size(); ++h)
+    if (he.opposite[h] == no_index) open[components.of_face[he.face[h]]] = 1;
+  std::vector<double> side(components.count, 0);
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    const Index c = components.of_face[f];
+    const auto [center, normal] = face_vectors(f);
+    // Flux of the field from the centroid: three times the enclosed volume if closed. Towards the sensor: each face
+    // votes with its area, as seen, since near faces would otherwise decide alone.
+    if (open[c] && sensor)
+      side[c] += normal.dot((*sensor - center).normalized());
+    else
+      side[c] += normal.dot(center - centroid[c] / area[c]);
+  }
+  std::size_t flipped = 0;
+  for (const double s : side) flipped += s < 0 ? 1 : 0;
+  for (std::size_t f = 0; f < faces.size(); ++f)
+    if (side[components.of_face[f]] < 0)
+      std::reverse(faces.corners.begin() + faces.offsets[f], faces.corners.begin() + faces.offsets[f + 1]);
+  return flipped;
+}
+
+}  // namespace gpsrecon

@@ -1,0 +1,77 @@
+#include <gpsrecon/core/error.h>
+#include <gpsrecon/triangulate/front.h>
+#include <gpsrecon/triangulate/overlap_graph.h>
+#include <gpsrecon/triangulate/repair.h>
+#include <gpsrecon/triangulate/triangulate.h>
+#include <numbers>
+#include <string>
+
+namespace gpsrecon {
+namespace {
+
+/// Keeps the vertices that faces use, in order, and renumbers the corners.
+void compact(Mixture& vertices, std::vector<Index>& component_of_vertex, FaceList& faces) {
+  std::vector<Index> number(vertices.size(), no_index);
+  std::vector<Index> kept;
+  for (const Index v : faces.corners) number[v] = 0;
+  for (Index v = 0; v < vertices.size(); ++v)
+    if (number[v] != no_index) {
+      number[v] = static_cast<Index>(kept.size());
+      kept.push_back(v);
+    }
+  for (Index& v : faces.corners) v = number[v];
+  vertices = select(vertices, kept);
+  for (Index& v : kept) v = component_of_vertex[v];
+  component_of_vertex = std::move(kept);
+}
+
+}  // namespace
+
+void TriangulateOptions::check() const {
+  const auto fail = [](const char* field, const char* range, double value) {
+    throw OptionError(std::string(field) + " must be " + range + ", not " + std::to_string(value));
+  };
+  if (!(min_overlap > 0 && min_overlap < 1)) fail("min_overlap", "in (0, 1)", min_overlap);
+  if (!(min_dihedral >= 0 && min_dihedral < std::numbers::pi)) fail("min_dihedral", "in [0, pi)", min_dihedral);
+  if (!(min_component_share >= 0 && min_component_share < 1))
+    fail("min_component_share", "in [0, 1)", min_component_share);
+  if (max_pinhole_edges < 0) fail("max_pinhole_edges", "at least 0", max_pinhole_edges);
+  if (sensor && !sensor->allFinite()) throw OptionError("sensor must be finite");
+}
+
+Triangulation triangulate(const Mixture& mixture, const TriangulateOptions& options, const RunContext& context) {
+  options.check();
+  const OverlapGraph graph = overlap_graph(mixture, options.min_overlap, context);
+  context.progress("triangulate", 0.1);
+  GrowingSurface surface(mixture.means);
+  grow_front(surface, graph, options, context);
+
+  Triangulation result;
+  result.closed_pinholes = close_pinholes(surface, graph, static_cast<std::size_t>(options.max_pinhole_edges));
+  CovMesh& mesh = result.mesh;
+  mesh.faces = surface.faces();
+  if (mesh.faces.empty())
+    throw NoSurfaceError("no three of the " + std::to_string(mixture.size()) + " Gaussians overlap enough for a triangle");
+
+  double leftover = 0;
+  for (Index v = 0; v < mixture.size(); ++v)
+    if (!surface.used(v)) {
+      ++result.leftover_components;
+      leftover += mixture.weights[v];
+    }
+  result.leftover_weight = leftover;
+  const Specks specks = drop_specks(mixture, mesh.faces, options.min_component_share);
+  result.dropped_specks = specks.count;
+  result.dropped_speck_weight = specks.weight;
+
+  mesh.vertices = mixture;
+  result.component_of_vertex.resize(mixture.size());
+  for (Index v = 0; v < mixture.size(); ++v) result.component_of_vertex[v] = v;
+  result.split_vertices = split_vertices(mesh.vertices, result.component_of_vertex, mesh.faces);
+  compact(mesh.vertices, result.component_of_vertex, mesh.faces);
+  result.flipped_components = orient(mesh.vertices, mesh.faces, options.sensor);
+  context.progress("triangulate", 1);
+  return result;
+}
+
+}  // namespace gpsrecon
