@@ -51,6 +51,13 @@ void dump_levels_and_fronts(const std::string& folder, ReconstructOptions& optio
   };
 }
 
+/// What only the program knows about the run.
+void complete(ErrorReport& report, const ChainFiles& files, const GlobalOptions& globals) {
+  report.version = GPSRECON_VERSION;
+  report.seed = globals.seed;
+  if (report.input) report.input->file = file_report(files.in);
+}
+
 Reconstruction reconstruct_file(const std::string& path, const ReconstructOptions& options, const Console& console) {
   const RunContext context = console.context();
   switch (kind_of(path)) {
@@ -95,20 +102,21 @@ ExitCode run_chain(Arguments& arguments) {
                    "keep every level of the mixture and snapshots of the triangulation in FOLDER", "", "none");
   bind_encoding(arguments, encoding);
   const GlobalOptions globals = arguments.parse();
-  const Console console(globals);
   options.check();
   complete(files);
-  Outputs outputs;
+  Outputs outputs(globals, {files.in});
   outputs.plan(files.out, true);
   outputs.plan(files.covmesh);
   outputs.plan(files.report);
   outputs.plan_folder(files.dump);
+  const Console console(globals);
   dump_levels_and_fronts(files.dump, options, outputs, encoding);
 
-  const Reconstruction result = reconstruct_file(files.in, options, console);
+  Reconstruction result = reconstruct_file(files.in, options, console);
 
   outputs.stage(files.out, [&](const std::string& path) { write_mesh(result.mesh, path, encoding); });
   outputs.stage(files.covmesh, [&](const std::string& path) { write_covmesh(result.covmesh, path, encoding); });
+  complete(result.report, files, globals);
   outputs.stage(files.report, [&](const std::string& path) { write_text(to_json(result.report), path); });
   outputs.commit(console.context());
   if (!globals.quiet) std::fputs(summary(result.report).c_str(), stderr);

@@ -17,11 +17,12 @@ ExitCode run_fit(Arguments& arguments) {
   bind_scale(arguments, options.scale);
   bind_fit(arguments, options.fit);
   bind_encoding(arguments, encoding);
-  const Console console(arguments.parse());
+  const GlobalOptions globals = arguments.parse();
   options.check();
   if (in == "-" && points_file == "-") throw OptionError("COVMESH and POINTS cannot both be standard input");
-  Outputs outputs;
+  Outputs outputs(globals, {in, points_file});
   outputs.plan(out);
+  const Console console(globals);
 
   CovMesh mesh = load_covmesh(in);
   const PointCloud points = load_points(points_file, console);

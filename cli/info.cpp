@@ -1,5 +1,6 @@
 #include <gpsrecon/core/mesh_topology.h>
 #include <gpsrecon/io/io.h>
+#include <algorithm>
 #include <cstdio>
 #include <iostream>
 #include <nlohmann/json.hpp>
@@ -128,7 +129,10 @@ std::string text_of(const Json& value) {
   }
   if (!value.is_array()) return value.dump();
   std::string text;
-  for (const Json& item : value) text += (text.empty() ? "" : " ") + text_of(item);
+  for (const Json& item : value) {
+    if (!text.empty()) text += ' ';
+    text += text_of(item);
+  }
   return text.empty() ? "none" : text;
 }
 

@@ -1,5 +1,9 @@
 #include "inputs.h"
 
+#include <gpsrecon/metrics/file_hash.h>
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
 #include "cancellation.h"
 
 namespace gpsrecon::cli {
@@ -50,6 +54,15 @@ CovMesh load_covmesh(const std::string& path) {
 }
 Mesh load_mesh(const std::string& path) {
   return load_valid<Mesh>(path, read_mesh);
+}
+
+FileReport file_report(const std::string& path) {
+  if (path == "-") return {path, "ply", ""};
+  std::string format = std::filesystem::path(path).extension().string();
+  std::transform(format.begin(), format.end(), format.begin(), [](unsigned char c) { return std::tolower(c); });
+  // A pipe or a device has been read and cannot be read again.
+  const bool can_be_read_again = std::filesystem::is_regular_file(path);
+  return {path, format.empty() ? format : format.substr(1), can_be_read_again ? hash_file(path) : ""};
 }
 
 }  // namespace gpsrecon::cli

@@ -4,6 +4,7 @@
 #include <gpsrecon/core/mixture.h>
 #include <gpsrecon/core/point_cloud.h>
 #include <gpsrecon/io/io.h>
+#include <gpsrecon/metrics/report.h>
 #include <string>
 
 #include "console.h"
@@ -21,5 +22,8 @@ PointCloud load_points(const std::string& path, const Console& console);
 Mixture load_mixture(const std::string& path);
 CovMesh load_covmesh(const std::string& path);
 Mesh load_mesh(const std::string& path);
+
+/// How a file that was read is called in a report.
+FileReport file_report(const std::string& path);
 
 }  // namespace gpsrecon::cli

@@ -22,12 +22,13 @@ ExitCode run_mixture(Arguments& arguments) {
                    "write the Gaussians as a mesh of ellipsoids too, to look at (ply, obj, off, stl)", "", "none");
   arguments.option("--ellipsoid-scale", "X", ellipsoid_options.scale, "half axes in standard deviations", "> 0");
   bind_encoding(arguments, encoding);
-  const Console console(arguments.parse());
+  const GlobalOptions globals = arguments.parse();
   options.check();
   ellipsoid_options.check();
-  Outputs outputs;
+  Outputs outputs(globals, {in});
   outputs.plan(out);
   outputs.plan(ellipsoids, true);
+  const Console console(globals);
 
   const PointCloud points = load_points(in, console);
   const RunContext context = console.context();

@@ -37,6 +37,13 @@ std::string temporary_for(const std::string& target, std::size_t number) {
 
 }  // namespace
 
+Outputs::Outputs(const GlobalOptions& options, const std::vector<std::string>& inputs) {
+  for (const std::string& input : inputs)
+    if (!options.log_file.empty() && canonical(input) == canonical(options.log_file))
+      throw OptionError("--log-file: " + input + " is an input");
+  plan(options.log_file);
+}
+
 Outputs::~Outputs() {
   std::error_code ignored;
   for (const Staged& file : staged_) fs::remove(file.temporary, ignored);

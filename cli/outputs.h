@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "arguments.h"
+
 namespace gpsrecon::cli {
 
 /// The output files of a command, of which all appear or none. Each is planned before work begins, staged as a
@@ -15,7 +17,9 @@ class Outputs {
  public:
   using Writer = std::function<void(const std::string& path)>;
 
-  Outputs() = default;
+  /// The log file of every command is an output like others, but written from the beginning. Throws OptionError if it
+  /// is one of the inputs, OutputError if it cannot be written.
+  Outputs(const GlobalOptions& options, const std::vector<std::string>& inputs);
   /// Removes what was not committed.
   ~Outputs();
   Outputs(const Outputs&) = delete;

@@ -15,10 +15,11 @@ ExitCode run_subdivide(Arguments& arguments) {
   arguments.positional("OUT", out, "mesh (ply, obj, off, stl; - is standard output)");
   bind_subdivide(arguments, options);
   bind_encoding(arguments, encoding);
-  const Console console(arguments.parse());
+  const GlobalOptions globals = arguments.parse();
   options.check();
-  Outputs outputs;
+  Outputs outputs(globals, {in});
   outputs.plan(out, true);
+  const Console console(globals);
 
   const CovMesh covmesh = load_covmesh(in);
   const RunContext context = console.context();

@@ -15,10 +15,11 @@ ExitCode run_triangulate(Arguments& arguments) {
   arguments.positional("OUT", out, "covariance mesh (ply; - is standard output)");
   bind_triangulate(arguments, options);
   bind_encoding(arguments, encoding);
-  const Console console(arguments.parse());
+  const GlobalOptions globals = arguments.parse();
   options.check();
-  Outputs outputs;
+  Outputs outputs(globals, {in});
   outputs.plan(out);
+  const Console console(globals);
 
   const Mixture mixture = load_mixture(in);
   const RunContext context = console.context();

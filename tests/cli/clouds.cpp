@@ -1,8 +1,8 @@
 #include "clouds.h"
 
+#include <gpsrecon/core/random.h>
 #include <cmath>
 #include <cstdio>
-#include <gpsrecon/core/random.h>
 #include <numbers>
 
 namespace gpsrecon::test {
@@ -10,7 +10,9 @@ namespace {
 
 constexpr std::uint64_t seed = 20;
 
-double uniform(std::uint64_t stream, std::size_t i) { return random_uniform(seed, stream, i); }
+double uniform(std::uint64_t stream, std::size_t i) {
+  return random_uniform(seed, stream, i);
+}
 
 /// Box and Muller.
 double normal(std::uint64_t stream, std::size_t i) {

@@ -102,15 +102,14 @@ ProcessResult run(const std::vector<std::string>& arguments, const ProcessOption
     if (sent == options.input.size() && !options.input_stays_open) in.close_write();
     // Negative descriptors are ignored by poll().
     const bool sending = sent < options.input.size();
-    std::array<pollfd, 3> wait{{{out.read_end, POLLIN, 0},
-                                {err.read_end, POLLIN, 0},
-                                {sending ? in.write_end : -1, POLLOUT, 0}}};
+    std::array<pollfd, 3> wait{
+        {{out.read_end, POLLIN, 0}, {err.read_end, POLLIN, 0}, {sending ? in.write_end : -1, POLLOUT, 0}}};
     ::poll(wait.data(), wait.size(), interrupted ? -1 : 2);
     if (wait[0].revents != 0) drain(out, result.out);
     if (wait[1].revents != 0) drain(err, result.err);
     if (wait[2].revents != 0) {
-      const ssize_t n = ::write(in.write_end, options.input.data() + sent,
-                                std::min<std::size_t>(options.input.size() - sent, 4096));
+      const ssize_t n =
+          ::write(in.write_end, options.input.data() + sent, std::min<std::size_t>(options.input.size() - sent, 4096));
       sent = n > 0 ? sent + static_cast<std::size_t>(n) : options.input.size();
     }
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
