@@ -1,7 +1,7 @@
 #include "arguments.h"
 
 #include <gpsrecon/core/error.h>
-#include <CLI/App.hpp>
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <charconv>

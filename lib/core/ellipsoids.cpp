@@ -1,5 +1,6 @@
 #include <gpsrecon/core/ellipsoids.h>
 #include <gpsrecon/core/error.h>
+#include <Eigen/Geometry>
 #include <array>
 #include <cmath>
 #include <map>

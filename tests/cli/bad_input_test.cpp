@@ -104,7 +104,9 @@ TEST(BadInput, three_points_give_a_triangle_or_no_surface) {
   write_file(folder / "in.xyz", "0 0 0\n1 0 0\n0 1 0\n");
   const ProcessResult result = run({"in.xyz", "out.ply"}, {.folder = folder.path().string()});
   EXPECT_THAT(result.exit_code, AnyOf(0, 4)) << result.err;
-  if (result.exit_code == 4) EXPECT_THAT(folder.list(), ElementsAre("in.xyz"));
+  if (result.exit_code == 4) {
+    EXPECT_THAT(folder.list(), ElementsAre("in.xyz"));
+  }
 }
 
 TEST(BadInput, all_points_equal) {
@@ -247,7 +249,7 @@ INSTANTIATE_TEST_SUITE_P(Files, BadFiles,
                                          BadFile{"happly_platonic_shelf_big_endian.ply", 0},
                                          BadFile{"pdal_issue_2421.ply", 4},  // one point
                                          BadFile{"trimesh_empty.ply", 3}, BadFile{"trimesh_points_emptyface.ply", 0}),
-                         [](const auto& info) { return info.param.name.substr(0, info.param.name.find('.')); });
+                         [](const auto& instance) { return instance.param.name.substr(0, info.param.name.find('.')); });
 
 }  // namespace
 }  // namespace gpsrecon::test

@@ -228,7 +228,7 @@ INSTANTIATE_TEST_SUITE_P(
                  {"--levels", "1", "--loop-weights", "warren", "--corners", "sharp"}},
         Sequence{"sheet", flat_sheet(70), {}, {"--target", "600"}, {}, {"--fit-steps", "1"}, {"--levels", "0"}},
         Sequence{"local_start", noisy_sphere(5000, 0.002), {}, {"--initial", "local"}, {}, {}, {"--levels", "2"}}),
-    [](const auto& info) { return info.param.name; });
+    [](const auto& instance) { return instance.param.name; });
 
 TEST_F(ChainTest, same_bytes_for_any_number_of_threads) {
   write_file(folder / "in.ply", ply_of(noisy_torus(20000, 0.005)));
@@ -308,7 +308,9 @@ TEST_F(ChainTest, dump_keeps_levels_and_fronts) {
     const json i = info(name);
     if (i.at("kind") == "mixture") {
       ++levels;
-      if (components > 0) EXPECT_LT(i.at("components").get<int>(), components);
+      if (components > 0) {
+        EXPECT_LT(i.at("components").get<int>(), components);
+      }
       components = i.at("components");
       EXPECT_NEAR(i.at("weight").get<double>(), 40000, 1e-6);
     } else {

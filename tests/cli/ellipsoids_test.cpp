@@ -6,6 +6,7 @@
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/gaussian.h>
 #include <gpsrecon/core/mesh_topology.h>
+#include <Eigen/Geometry>
 #include <numbers>
 
 namespace gpsrecon::test {
@@ -67,7 +68,9 @@ TEST(Ellipsoids, volume_tends_to_that_of_the_ellipsoid_by_second_order) {
       const double volume = signed_volume(mesh, s * faces, (s + 1) * faces);
       const double error = 1 - volume / exact;  // inscribed: the volume is smaller
       EXPECT_GT(error, 0);
-      if (level > 1) EXPECT_NEAR(last_error / error, 4, 0.5);
+      if (level > 1) {
+        EXPECT_NEAR(last_error / error, 4, 0.5);
+      }
       last_error = error;
     }
   }

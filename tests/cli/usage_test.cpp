@@ -192,7 +192,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadLine{{"in.xyz", "out.ply", "--no-covmesh", "--covmesh", "c"}, "--no-covmesh"},
         BadLine{{"fit", "-", "-", "out.ply"}, "standard input"},
         BadLine{{"mixture", "in.xyz", "m.ply", "--ellipsoids", "m.ply"}, "same file"}),
-    [](const auto& info) { return std::to_string(info.index); });
+    [](const auto& instance) { return std::to_string(instance.index); });
 
 TEST(Usage, options_may_follow_or_precede_and_the_command_may_follow_global_ones) {
   EXPECT_THAT(run({"--threads", "1", "--quiet", "mixture", "--help"}).out, StartsWith("Usage: gpsrecon mixture"));
