@@ -1,12 +1,13 @@
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <gpsrecon/core/parallel.h>
 #include <gpsrecon/triangulate/front.h>
 #include <limits>
 #include <numbers>
 #include <queue>
 
 // Greedy triangulation of Preiner et al. 2019, section 6.2, after Cohen-Steiner and Da 2004. What the paper leaves open
-// and is settled here: triangles may not overlap others around their vertices or nearby; a triangle that would only
+// and is settled here: triangles may not overlap others around their vertices; a triangle that would only
 // touch a front in a vertex comes together with the neighbour that joins the two fans there.
 
 namespace gpsrecon {
@@ -38,21 +39,18 @@ bool sectors_overlap(const Eigen::Vector2d& a0, const Eigen::Vector2d& a1, const
          inside_sector((a0 + a1).normalized(), b0, b1);
 }
 
-/// Separating-axis test of two counter-clockwise triangles in the plane; touching does not count.
-bool triangles_overlap(const std::array<Eigen::Vector2d, 3>& a, const std::array<Eigen::Vector2d, 3>& b) {
-  const auto separates = [](const std::array<Eigen::Vector2d, 3>& p, const std::array<Eigen::Vector2d, 3>& q) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Eigen::Vector2d edge = p[(k + 1) % 3] - p[k];
-      const double slack = 1e-9 * edge.squaredNorm();
-      if (cross(edge, q[0] - p[k]) <= slack && cross(edge, q[1] - p[k]) <= slack && cross(edge, q[2] - p[k]) <= slack)
-        return true;
-    }
-    return false;
-  };
-  return !separates(a, b) && !separates(b, a);
-}
-
 }  // namespace
+
+std::vector<Vec3> sheet_normals(const Mixture& mixture, const RunContext& context) {
+  std::vector<Vec3> normals(mixture.size());
+  const double kernel = mixture.sigma0 * mixture.sigma0;
+  parallel_for(mixture.size(), context, [&](std::size_t i) {
+    const Eigen3 e = eigen_decomposition(mixture.covariances[i]);
+    const bool flat = e.values[0] - kernel <= 0.25 * (e.values[1] - kernel);
+    normals[i] = flat ? Vec3(e.vectors.col(0)) : Vec3::Zero();
+  });
+  return normals;
+}
 
 std::optional<double> TriangleJudge::log_overlap(Index a, Index b, Index c) const {
   const double *ab = graph_.find(a, b), *bc = graph_.find(b, c), *ca = graph_.find(c, a);
@@ -73,6 +71,15 @@ bool TriangleJudge::keeps_fans(Index v, Index next, Index previous) const {
     ++count;
   }
   return at != next || count == surface_.triangles_around(v).size();
+}
+
+/// A flat Gaussian belongs to one sheet, so all triangles around it show the same side of it. Dihedral angles alone let
+/// a front fold back over a few triangles and go on inside out.
+bool TriangleJudge::turns_back(Index v, const Vec3& normal) const {
+  const Vec3& sheet = sheet_normals_[v];
+  double side = 0;
+  for (const Index t : surface_.triangles_around(v)) side += surface_.normal(t).dot(sheet);
+  return side * normal.dot(sheet) < 0;
 }
 
 bool TriangleJudge::overlaps_fan(Index v, const GrowingSurface::Triangle& triangle, const Vec3& normal) const {
@@ -105,42 +112,11 @@ std::optional<double> TriangleJudge::dihedral(Index a, Index b, Index c) const {
     smallest = std::min(smallest, angle);
   }
   if (smallest <= min_dihedral_) return std::nullopt;
+  if (lenient_) return smallest;
   const GrowingSurface::Triangle triangle{a, b, c};
-  if (!forbid_overlap_) return smallest;
   for (const Index v : triangle)
-    if (overlaps_fan(v, triangle, normal)) return std::nullopt;
+    if (turns_back(v, normal) || overlaps_fan(v, triangle, normal)) return std::nullopt;
   return smallest;
-}
-
-bool TriangleJudge::crosses(Index a, Index b, Index c) const {
-  const Vec3 normal = surface_.unit_normal(a, b, c);
-  const Plane plane(normal);
-  const Vec3& origin = surface_.position(a);
-  const std::array<Eigen::Vector2d, 3> triangle{plane(Vec3::Zero()), plane(surface_.position(b) - origin),
-                                                plane(surface_.position(c) - origin)};
-  const double reach = std::sqrt(std::max({triangle[1].squaredNorm(), triangle[2].squaredNorm(),
-                                           (triangle[1] - triangle[2]).squaredNorm()}));
-  const auto shares_corner = [&](const GrowingSurface::Triangle& t) {
-    return std::any_of(t.begin(), t.end(), [&](Index v) { return v == a || v == b || v == c; });
-  };
-  for (const Index corner : {a, b, c})
-    for (const OverlapGraph::Link& link : graph_[corner]) {
-      for (const Index t : surface_.triangles_around(link.to)) {
-        if (surface_.normal(t).dot(normal) <= 0.5) continue;
-        const GrowingSurface::Triangle& other = surface_.triangle(t);
-        if (shares_corner(other)) continue;  // seen by overlaps_fan
-        // Sheets farther apart than half the triangle are not the same one.
-        std::array<Eigen::Vector2d, 3> projected;
-        double height = 0;
-        for (std::size_t k = 0; k < 3; ++k) {
-          const Vec3 x = surface_.position(other[k]) - origin;
-          projected[k] = plane(x);
-          height = std::max(height, std::abs(normal.dot(x)));
-        }
-        if (height < 0.5 * reach && triangles_overlap(triangle, projected)) return true;
-      }
-    }
-  return false;
 }
 
 namespace {
@@ -167,13 +143,13 @@ struct FrontEdge {
 
 class Front {
  public:
-  Front(GrowingSurface& surface, const OverlapGraph& graph, const TriangulateOptions& options,
-        const RunContext& context)
+  Front(GrowingSurface& surface, const OverlapGraph& graph, const std::vector<Vec3>& sheet_normals,
+        const TriangulateOptions& options, const RunContext& context)
       : surface_(surface),
         graph_(graph),
         options_(options),
         context_(context),
-        judge_(graph, surface, options.min_dihedral) {}
+        judge_(graph, sheet_normals, surface, options.min_dihedral) {}
 
   void grow() {
     constexpr std::size_t worth_revisiting = 64;
@@ -235,7 +211,6 @@ class Front {
         for (const Index t : surface_.triangles_around(link.to))
           agreement += std::exp(link.log_overlap) * normal.dot(surface_.normal(t));
     if (agreement < 0) std::swap(b, c);
-    if (judge_.crosses(a, b, c)) return false;
     add({a, b, c});
     return true;
   }
@@ -314,7 +289,7 @@ class Front {
       const bool touches_only = surface_.used(choice.apex) && !surface_.has(choice.apex, from) &&
                                 !surface_.has(to, choice.apex);
       if (touches_only && !find_ear(from, to, candidate)) continue;
-      if (candidate.grade <= best.grade || judge_.crosses(to, from, choice.apex)) continue;
+      if (candidate.grade <= best.grade) continue;
       best = candidate;
     }
     return best;
@@ -334,7 +309,7 @@ class Front {
       const auto angle = judge_.dihedral(a, b, c);
       if (!angle) return;
       const double grade = std::exp(*log_overlap) * *angle / std::numbers::pi;
-      if (grade <= best || judge_.crosses(a, b, c)) return;
+      if (grade <= best) return;
       best = grade;
       candidate.ear = {a, b, c};
     };
@@ -367,9 +342,9 @@ class Front {
 
 }  // namespace
 
-void grow_front(GrowingSurface& surface, const OverlapGraph& graph, const TriangulateOptions& options,
-                const RunContext& context) {
-  Front(surface, graph, options, context).grow();
+void grow_front(GrowingSurface& surface, const OverlapGraph& graph, const std::vector<Vec3>& sheet_normals,
+                const TriangulateOptions& options, const RunContext& context) {
+  Front(surface, graph, sheet_normals, options, context).grow();
 }
 
 }  // namespace gpsrecon

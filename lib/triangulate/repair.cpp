@@ -33,12 +33,13 @@ Index next_around_gap(const GrowingSurface& surface, Index from, Index v, std::v
 
 using Loop = std::vector<Index>;
 
+struct Edge {
+  Index from, to;
+  friend bool operator<(const Edge& a, const Edge& b) { return std::pair(a.from, a.to) < std::pair(b.from, b.to); }
+};
+
 /// Boundary loops that run around gaps: where fans touch in a vertex, the loop crosses from one to the other.
 std::vector<Loop> gap_loops(const GrowingSurface& surface) {
-  struct Edge {
-    Index from, to;
-    bool operator<(const Edge& o) const { return std::pair(from, to) < std::pair(o.from, o.to); }
-  };
   std::vector<Edge> edges;
   for (Index t = 0; t < surface.triangle_slots(); ++t) {
     if (!surface.alive(t)) continue;
@@ -73,6 +74,34 @@ bool simple(const Loop& loop) {
   Loop sorted = loop;
   std::sort(sorted.begin(), sorted.end());
   return std::adjacent_find(sorted.begin(), sorted.end()) == sorted.end();
+}
+
+/// Per vertex the number of faces of the connected piece of surface it belongs to.
+std::vector<std::size_t> piece_sizes(const GrowingSurface& surface) {
+  const FaceList faces = surface.faces();
+  const HalfEdges he = half_edges(faces, surface.vertex_count());
+  const Components pieces = face_components(faces, he);
+  std::vector<std::size_t> size(pieces.count, 0), of_vertex(surface.vertex_count(), 0);
+  for (const Index piece : pieces.of_face) ++size[piece];
+  for (std::size_t h = 0; h < faces.corners.size(); ++h) {
+    std::size_t& largest = of_vertex[faces.corners[h]];
+    largest = std::max(largest, size[pieces.of_face[he.face[h]]]);
+  }
+  return of_vertex;
+}
+
+/// A loop around a gap in the surface, not around a patch of it. A patch of F triangles has at least about sqrt(F) edges
+/// around it; a longer loop is told by the way it runs: clockwise around a gap, seen from the side of the normals.
+bool surrounds_gap(const GrowingSurface& surface, const Loop& loop, std::size_t faces_of_piece) {
+  if (loop.size() * loop.size() < faces_of_piece) return true;
+  Vec3 area = Vec3::Zero(), normal = Vec3::Zero();
+  for (std::size_t k = 0; k < loop.size(); ++k) {
+    const Index from = loop[k], to = loop[(k + 1) % loop.size()];
+    area += (surface.position(from) - surface.position(loop.front())).cross(surface.position(to) - surface.position(from));
+    const Index t = surface.triangle_at(from, to);
+    if (t != no_index) normal += surface.normal(t);
+  }
+  return area.dot(normal) < 0;
 }
 
 /// The triangles that close a loop, or none.
@@ -125,16 +154,19 @@ bool close_around_leftover(GrowingSurface& surface, const OverlapGraph& graph, c
 }
 
 /// The triangulation of the loop, without new vertices, of least sum of -ln BC over its triangles' sides plus a penalty
-/// for bending; all sides must overlap. Dynamic programming over sub-polygons, O(m³).
-bool close_by_triangles(GrowingSurface& surface, const OverlapGraph& graph, const TriangleJudge& judge,
+/// for bending. Its sides may overlap a little less than the front asks for, BC >= BCmin³ (1.7 times the distance), as
+/// the surface around vouches for them. Dynamic programming over sub-polygons, O(m³).
+bool close_by_triangles(GrowingSurface& surface, const Mixture& mixture, double min_overlap, const TriangleJudge& judge,
                         const Loop& loop) {
   const std::size_t m = loop.size();
   const double infinity = std::numeric_limits<double>::infinity();
+  std::vector<FactoredGaussian> gaussians;
+  for (const Index v : loop) gaussians.emplace_back(mixture.component(v));
   const auto side = [&](std::size_t i, std::size_t j) {  // cost of the side between corners i < j
     if (j == i + 1 || (i == 0 && j == m - 1)) return 0.0;
-    const double* log_overlap = graph.find(loop[i], loop[j]);
-    if (log_overlap == nullptr || surface.has(loop[i], loop[j]) || surface.has(loop[j], loop[i])) return infinity;
-    return -*log_overlap;
+    if (surface.has(loop[i], loop[j]) || surface.has(loop[j], loop[i])) return infinity;
+    const double log_overlap = log_bhattacharyya(gaussians[i], gaussians[j]);
+    return log_overlap < 3 * std::log(min_overlap) ? infinity : -log_overlap;
   };
   // Normals of the surface across the boundary edges, for the bend at the rim.
   const auto rim_normal = [&](std::size_t i) {
@@ -174,31 +206,77 @@ bool close_by_triangles(GrowingSurface& surface, const OverlapGraph& graph, cons
   return apply(surface, judge, std::move(patch));
 }
 
+std::size_t boundary_edges_at(const GrowingSurface& surface, const std::vector<Index>& vertices) {
+  std::size_t count = 0;
+  for (const Index v : vertices)
+    for (const Index t : surface.triangles_around(v)) {
+      const auto& corners = surface.triangle(t);
+      for (std::size_t k = 0; k < 3; ++k) count += surface.on_front(corners[k], corners[(k + 1) % 3]) ? 1 : 0;
+    }
+  return count;
+}
+
+/// A loop that cannot be closed as it is, is knotted: its rim overlaps itself, or the sides it needs exist elsewhere.
+/// Without the triangles along the rim it may close; if that leaves no less boundary, all is put back.
+template <class Close>
+bool reopen_and_close(GrowingSurface& surface, const Loop& loop, const Close& close) {
+  std::vector<GrowingSurface::Triangle> rim;
+  std::vector<Index> touched = loop;
+  for (std::size_t k = 0; k < loop.size(); ++k) {
+    const Index t = surface.triangle_at(loop[k], loop[(k + 1) % loop.size()]);
+    if (t != no_index) touched.push_back(surface.third_corner(t, loop[k], loop[(k + 1) % loop.size()]));
+  }
+  std::sort(touched.begin(), touched.end());
+  touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
+  const std::size_t before = boundary_edges_at(surface, touched);
+  for (std::size_t k = 0; k < loop.size(); ++k) {
+    const Index t = surface.triangle_at(loop[k], loop[(k + 1) % loop.size()]);
+    if (t == no_index) continue;
+    rim.push_back(surface.triangle(t));
+    surface.remove(t);
+  }
+  const std::size_t first_new = surface.triangle_slots();
+  for (const Loop& wider : gap_loops(surface))
+    if (std::any_of(wider.begin(), wider.end(),
+                    [&](Index v) { return std::binary_search(touched.begin(), touched.end(), v); }))
+      close(wider);
+  if (boundary_edges_at(surface, touched) < before) return true;
+  for (std::size_t t = surface.triangle_slots(); t-- > first_new;)
+    if (surface.alive(static_cast<Index>(t))) surface.remove(static_cast<Index>(t));
+  for (const GrowingSurface::Triangle& t : rim) surface.add(t);
+  return false;
+}
+
 }  // namespace
 
-std::size_t close_pinholes(GrowingSurface& surface, const OverlapGraph& graph, std::size_t max_edges) {
+std::size_t close_pinholes(GrowingSurface& surface, const Mixture& mixture, const OverlapGraph& graph,
+                           const std::vector<Vec3>& sheet_normals, const TriangulateOptions& options) {
+  const auto max_edges = static_cast<std::size_t>(options.max_pinhole_edges);
+  const std::vector<std::size_t> faces_of_piece = piece_sizes(surface);
   std::size_t closed = 0;
+  const auto close = [&](const TriangleJudge& judge, const Loop& loop) {
+    if (loop.size() < 3 || loop.size() > max_edges || !simple(loop)) return false;
+    if (!surrounds_gap(surface, loop, faces_of_piece[loop.front()])) return false;
+    for (std::size_t k = 0; k < loop.size(); ++k)
+      if (!surface.on_front(loop[k], loop[(k + 1) % loop.size()])) return false;  // changed since it was found
+    return close_around_leftover(surface, graph, judge, loop) ||
+           close_by_triangles(surface, mixture, options.min_overlap, judge, loop);
+  };
   const auto close_with = [&](const TriangleJudge& judge) {
-    for (bool progress = true; progress;) {
-      progress = false;
-      for (const Loop& loop : gap_loops(surface)) {
-        if (loop.size() < 3 || loop.size() > max_edges || !simple(loop)) continue;
-        bool still_open = true;
-        for (std::size_t k = 0; k < loop.size(); ++k)
-          still_open = still_open && surface.on_front(loop[k], loop[(k + 1) % loop.size()]);
-        if (!still_open) continue;
-        if (close_around_leftover(surface, graph, judge, loop) || close_by_triangles(surface, graph, judge, loop)) {
-          ++closed;
-          progress = true;
-        }
-      }
+    for (std::size_t before = closed + 1; before != closed;) {
+      before = closed;
+      for (const Loop& loop : gap_loops(surface)) closed += close(judge, loop) ? 1 : 0;
     }
   };
   // First by the rules of the front; then at angles and with slight overlaps that it shuns: a crumpled patch of a few
   // triangles does less harm than a hole.
-  close_with(TriangleJudge(graph, surface, 0.5));
-  close_with(TriangleJudge(graph, surface, 0.02, false));
-  if (getenv("DBG")) for (const Loop& loop : gap_loops(surface)) { printf("loop %zu simple %d:", loop.size(), simple(loop)); for (auto v: loop) { std::vector<GrowingSurface::Fan> f; surface.fans(v,f); printf(" %u(%zu fans)", v, f.size()); } if(loop.size()==3){ TriangleJudge j(graph,surface,0,false); printf(" dihedral %g bc %g", j.dihedral(loop[2],loop[1],loop[0]).value_or(-1), j.log_overlap(loop[0],loop[1],loop[2]).value_or(1)); } puts(""); }
+  const TriangleJudge strict(graph, sheet_normals, surface, options.min_dihedral);
+  const TriangleJudge lenient(graph, sheet_normals, surface, 0.02, true);
+  close_with(strict);
+  close_with(lenient);
+  for (const Loop& loop : gap_loops(surface))
+    if (loop.size() <= max_edges && surrounds_gap(surface, loop, faces_of_piece[loop.front()]))
+      closed += reopen_and_close(surface, loop, [&](const Loop& l) { return close(lenient, l); });
   return closed;
 }
 

@@ -7,9 +7,10 @@
 
 namespace gpsrecon {
 
-/// Closes boundary loops of at most `max_edges` edges with triangles between vertices that overlap, where possible
-/// around a component that is still unused. Returns the number of loops closed.
-std::size_t close_pinholes(GrowingSurface& surface, const OverlapGraph& graph, std::size_t max_edges);
+/// Closes boundary loops of at most options.max_pinhole_edges edges with triangles between vertices that overlap, where
+/// possible around a component that is still unused. Returns the number of loops closed.
+std::size_t close_pinholes(GrowingSurface& surface, const Mixture& mixture, const OverlapGraph& graph,
+                           const std::vector<Vec3>& sheet_normals, const TriangulateOptions& options);
 
 /// Gives every fan of a vertex but the largest a vertex of its own: a copy of the component with its share of the
 /// weight, moved a little into its fan, so that welding equal positions does not join them again. Appends to `vertices`

@@ -43,11 +43,12 @@ Triangulation triangulate(const Mixture& mixture, const TriangulateOptions& opti
   options.check();
   const OverlapGraph graph = overlap_graph(mixture, options.min_overlap, context);
   context.progress("triangulate", 0.1);
+  const std::vector<Vec3> sheets = sheet_normals(mixture, context);
   GrowingSurface surface(mixture.means);
-  grow_front(surface, graph, options, context);
+  grow_front(surface, graph, sheets, options, context);
 
   Triangulation result;
-  result.closed_pinholes = close_pinholes(surface, graph, static_cast<std::size_t>(options.max_pinhole_edges));
+  result.closed_pinholes = close_pinholes(surface, mixture, graph, sheets, options);
   CovMesh& mesh = result.mesh;
   mesh.faces = surface.faces();
   if (mesh.faces.empty())

@@ -15,7 +15,7 @@ struct TriangulateOptions {
   /// Connected components with less than this share of the total weight are dropped. Range: [0, 1).
   double min_component_share = 0.005;
   /// Boundary loops of at most this many edges that the mixture itself bridges are closed. Range: >= 0; 0 = none.
-  int max_pinhole_edges = 12;
+  int max_pinhole_edges = 24;
   /// Where the sensor stood, in the units of the means: open components are turned towards it.
   std::optional<Vec3> sensor;
   /// Called from time to time with the faces so far (indices into the input mixture). May be empty.

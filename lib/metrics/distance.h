@@ -1,0 +1,46 @@
+#pragma once
+
+#include <gpsrecon/core/mesh.h>
+#include <gpsrecon/core/run_context.h>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace gpsrecon {
+
+/// The point of a surface nearest to a query.
+struct ClosestPoint {
+  double distance = 0;        ///< Euclidean, not squared, >= 0
+  Vec3 point = Vec3::Zero();  ///< on the surface, up to rounding
+  Index face = no_index;      ///< face of the mesh; of equally near ones the one with the smallest index
+};
+
+/// Exact distance to the faces of a mesh, in the units of its positions: a balanced tree of axis-aligned boxes over
+/// triangles. Polygons are split into fans from their first corner. Faces without area (repeated corners, collinear
+/// ones) count as the segments or points they are. About 50 bytes per triangle.
+class SurfaceDistance {
+ public:
+  /// Copies what it needs; O(n log n). Throws InvariantError if a corner is out of range or a used position is not
+  /// finite; Cancelled. A mesh without faces is allowed.
+  explicit SurfaceDistance(const Mesh& mesh, const RunContext& context = {});
+  ~SurfaceDistance();
+  SurfaceDistance(SurfaceDistance&&) noexcept;
+  SurfaceDistance& operator=(SurfaceDistance&&) noexcept;
+
+  bool empty() const { return triangle_count() == 0; }
+  std::size_t triangle_count() const;
+
+  /// About O(log n) near the surface. Precondition: not empty, finite query.
+  ClosestPoint closest(const Vec3& query) const;
+
+  /// One result per point, in the order of the points; the same bytes for any number of threads. Points may be given in
+  /// any order (they are visited along a space-filling curve, each starting from the face found for the one before).
+  /// Throws InvariantError if the surface is empty or a point is not finite; Cancelled.
+  std::vector<ClosestPoint> distances(std::span<const Vec3> points, const RunContext& context = {}) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace gpsrecon

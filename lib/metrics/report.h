@@ -1,0 +1,168 @@
+#pragma once
+
+#include <gpsrecon/core/mesh_topology.h>
+#include <gpsrecon/core/vec.h>
+#include <gpsrecon/metrics/resource_usage.h>
+#include <gpsrecon/metrics/statistics.h>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+// What a run has to say about itself, as plain data. Lengths are in scene units (those of the input file), positions in
+// world coordinates; a length over the diagonal D of the report is called relative. Optional parts are absent where
+// they do not apply: a comparison of two meshes has no mixture, a reconstruction without truth no reference.
+
+namespace gpsrecon {
+
+/// A file that was read.
+struct FileReport {
+  std::string file;    ///< as the caller named it
+  std::string format;  ///< "ply", "xyz", ...
+  std::string hash;    ///< hash_file(), 16 hexadecimal digits; empty if unknown (standard input)
+};
+
+/// The points that were read.
+struct InputReport {
+  FileReport file;
+  std::size_t points = 0;  ///< rows read, dropped ones included
+  double diagonal = 0;     ///< D: of the points kept, after duplicates, isolated and non-finite ones are gone
+};
+
+/// Points that were read but not used.
+struct DroppedPoints {
+  std::string reason;  ///< "non_finite", "duplicate" (merged into one point of higher weight), "isolated", ...
+  std::size_t points = 0;
+};
+
+/// The resolution found in the cloud and the kernel that follows from it.
+struct ScaleReport {
+  double spacing = 0;  ///< A, side of the area per point
+  double noise = 0;    ///< ν, standard deviation across the surface
+  double sigma0 = 0;   ///< standard deviation of the kernel each point was given
+  std::string choice;  ///< how sigma0 was chosen, in words
+};
+
+struct MixtureReport {
+  std::vector<std::size_t> levels;  ///< components per level, level 0 first
+  std::size_t components = 0;
+  double weight = 0;  ///< sum of the weights: input points represented
+};
+
+/// A boundary of a surface.
+struct BoundaryLoop {
+  std::size_t edges = 0;
+  double length = 0;
+  Vec3 center = Vec3::Zero();  ///< mean of its edges' middles by length
+  std::string reason;          ///< why it is open: "boundary", "gap", ...; empty if not known
+};
+
+/// The covariance mesh and what was left out of it.
+struct CovMeshReport {
+  std::size_t vertices = 0, faces = 0;
+  Topology topology;
+  std::size_t leftover_components = 0;
+  double leftover_weight = 0;
+  std::size_t dropped_specks = 0;
+  double dropped_speck_weight = 0;
+  std::size_t split_vertices = 0;
+  std::size_t closed_pinholes = 0;
+  std::size_t flipped_components = 0;
+  std::vector<BoundaryLoop> boundary_loops;
+};
+
+/// How far the fit to the points moved the control vertices.
+struct FitReport {
+  int steps = 0;
+  double mean_shift = 0, max_shift = 0;
+};
+
+/// A polygon mesh as it is, see measure_mesh().
+struct MeshReport {
+  std::optional<FileReport> file;  ///< if it was read
+  std::optional<int> level;        ///< subdivision level, if it was made here
+  std::size_t vertices = 0, faces = 0;
+  Topology topology;
+  double area = 0;
+  std::optional<double> volume;  ///< enclosed, positive if faces point outward; only if closed
+};
+
+/// Distances from points to a surface.
+struct DistanceReport {
+  Statistics distance;                 ///< scene units; index_of_max counts the points or samples measured
+  Vec3 max_at = Vec3::Zero();          ///< the farthest point
+  std::optional<Histogram> histogram;  ///< over the distance relative to D; absent if D is 0
+};
+
+/// Angles between face normals of a sample and of the surface point closest to it, in degrees, where both faces have an
+/// area.
+struct NormalReport {
+  std::size_t count = 0;
+  double mean = 0, p95 = 0;  ///< of the angle between the lines, in [0, 90]: orientation does not count
+  double flipped = 0;        ///< share of normals that point to opposite sides (more than 90°), in [0, 1]
+};
+
+struct DirectionReport {
+  DistanceReport distance;
+  NormalReport normals;
+};
+
+/// A mesh against ground truth, both ways: the first tells how accurate it is, the second how complete.
+struct ReferenceReport {
+  std::optional<FileReport> file;
+  double diagonal = 0;      ///< of the reference
+  std::size_t samples = 0;  ///< area-uniform samples on each surface
+  DirectionReport mesh_to_reference, reference_to_mesh;
+};
+
+/// Numbers stored in the covariance mesh against numbers read, see compression().
+struct CompressionReport {
+  std::size_t numbers_read = 0, numbers_stored = 0;
+  double ratio = 0;  ///< stored / read
+};
+
+/// What depends on the machine and the moment. Nothing else in a report differs between runs.
+struct RunReport {
+  int threads = 1;
+  std::vector<StageTime> stages;
+  double wall_s = 0, cpu_s = 0;
+  std::uint64_t peak_memory_bytes = 0;
+};
+
+using OptionValue = std::variant<bool, std::int64_t, double, std::string>;
+
+struct ErrorReport {
+  std::string version;  ///< of the program
+  std::string command;  ///< "reconstruct", "compare", ...
+  double diagonal = 0;  ///< D; 0 if all points coincide, then nothing relative is reported
+  std::optional<InputReport> input;
+  std::vector<DroppedPoints> dropped;
+  std::optional<ScaleReport> scale;
+  std::optional<MixtureReport> mixture;
+  std::optional<CovMeshReport> covmesh;
+  std::optional<FitReport> fit;
+  std::optional<MeshReport> mesh;
+  std::optional<DistanceReport> points_to_surface;
+  std::optional<ReferenceReport> reference;
+  std::optional<CompressionReport> compression;
+  std::vector<std::string> warnings;
+  std::map<std::string, OptionValue> options;  ///< in force, by name
+  std::uint64_t seed = 1;
+  std::map<std::string, std::string> versions;  ///< of libraries and compiler, see library_versions()
+  RunReport run;
+};
+
+/// The report as JSON, schema gpsrecon.report/1 (docs/report.schema.json): every key always present, in fixed order,
+/// null where a part does not apply; numbers read back to the same bits. Throws InvariantError, naming the key, if a
+/// number is not finite.
+std::string to_json(const ErrorReport& report);
+
+/// About ten lines for people, ending in a newline.
+std::string summary(const ErrorReport& report);
+
+/// Versions of what this library was compiled with.
+std::map<std::string, std::string> library_versions();
+
+}  // namespace gpsrecon

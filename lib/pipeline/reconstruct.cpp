@@ -1,0 +1,277 @@
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <gpsrecon/core/error.h>
+#include <gpsrecon/core/parallel.h>
+#include <gpsrecon/metrics/compare.h>
+#include <gpsrecon/metrics/distance.h>
+#include <gpsrecon/metrics/mesh_measures.h>
+#include <gpsrecon/metrics/resource_usage.h>
+#include <gpsrecon/pipeline/reconstruct.h>
+#include <numeric>
+#include <string>
+
+namespace gpsrecon {
+namespace {
+
+/// Below this share of the automatic width the sheet is several Gaussians thick and falls apart in the triangulation
+/// (hundreds of boundary loops on scans of closed shapes).
+constexpr double sheet_threshold = 0.9;
+
+/// Refused when the second largest principal deviation is below this share of the largest: the points are on a line.
+constexpr double collinear_ratio = 1e-9;
+
+void refuse_degenerate(const PointCloud& cloud) {
+  const std::size_t n = cloud.size();
+  if (n < 3)
+    throw NoSurfaceError("no surface through " + std::to_string(n) + " distinct point" + (n == 1 ? "" : "s"));
+  Vec3 mean = Vec3::Zero();
+  for (const Vec3& p : cloud.positions) mean += p / static_cast<double>(n);
+  Mat3 scatter = Mat3::Zero();
+  for (const Vec3& p : cloud.positions) scatter += (p - mean) * (p - mean).transpose();
+  // Squared deviations would lose half the digits of the ratio.
+  const Vec3 axis = Eigen::SelfAdjointEigenSolver<Mat3>(scatter).eigenvectors().col(2);
+  double along = 0, across = 0;
+  for (const Vec3& p : cloud.positions) {
+    const Vec3 d = p - mean;
+    along = std::max(along, std::abs(axis.dot(d)));
+    across = std::max(across, (d - axis.dot(d) * axis).norm());
+  }
+  if (across <= collinear_ratio * along) throw NoSurfaceError("all points lie on a line: no surface");
+}
+
+/// The values that the file of the result gives back: what is in world coordinates there must not change in the last
+/// bit on the way out and in, or the stages run one by one would differ from the chain.
+void round_to_world(Mixture& mixture) {
+  for (Vec3& mean : mixture.means) mean = mixture.frame.to_local(mixture.frame.to_world(mean));
+}
+
+double kernel_width(const PreparedCloud& cloud, const ReconstructOptions& options, const RunContext& context,
+                    ErrorReport& report, std::string& choice) {
+  const Scale& scale = cloud.scale;
+  if (options.sigma0_rel > 0) {
+    choice = "given, relative to the diagonal";
+    return options.sigma0_rel * cloud.diagonal;
+  }
+  choice = "sqrt(spacing^2 + noise^2)";
+  if (options.detail == 1) return scale.sigma0;
+  double factor = 1 / options.detail;
+  choice += ", divided by detail " + std::to_string(options.detail);
+  if (factor < sheet_threshold) {
+    factor = sheet_threshold;
+    choice += ", clamped at " + std::to_string(sheet_threshold) + " of it";
+    const std::string warning = "detail " + std::to_string(options.detail) +
+                                " would tear the surface apart; the kernel width stays at " +
+                                std::to_string(sheet_threshold) + " of the automatic one";
+    context.warn(warning);
+    report.warnings.push_back(warning);
+  }
+  return factor * scale.sigma0;
+}
+
+void describe_input(const PreparedCloud& cloud, std::size_t rows, ErrorReport& report) {
+  report.diagonal = cloud.diagonal * cloud.clean.cloud.frame.scale();
+  report.input.emplace();
+  report.input->points = rows;
+  report.input->diagonal = report.diagonal;
+  report.dropped = {{"non_finite", cloud.clean.non_finite},
+                    {"duplicate", cloud.clean.duplicates},
+                    {"isolated", cloud.isolated}};
+}
+
+void describe_covmesh(const CovMesh& mesh, ErrorReport& report) {
+  CovMeshReport& described = report.covmesh ? *report.covmesh : report.covmesh.emplace();
+  described.vertices = mesh.vertices.size();
+  described.faces = mesh.faces.size();
+  described.topology = topology(mesh.faces, mesh.vertices.size());
+  described.boundary_loops = measure_boundary_loops(mesh.vertices.means, mesh.faces, mesh.vertices.frame);
+}
+
+double edge_target(const CovMesh& mesh) { return mesh.vertices.spacing; }
+
+/// Subdivision, and what is known of the result without points.
+Reconstruction finish(CovMesh mesh, const ReconstructOptions& options, const RunContext& context, ErrorReport report,
+                      StageTimer& timer) {
+  Reconstruction result;
+  timer.start("subdivide");
+  result.mesh = subdivide_stage(mesh, options, context, report);
+  result.covmesh = std::move(mesh);
+  result.report = std::move(report);
+  return result;
+}
+
+void close_books(Reconstruction& result, const RunContext& context, StageTimer& timer) {
+  timer.stop();
+  ErrorReport& report = result.report;
+  report.command = "reconstruct";
+  report.seed = context.seed;
+  report.versions = library_versions();
+  report.run.threads = context.thread_count();
+  report.run.stages = timer.stages();
+  const StageTime total = timer.total();
+  report.run.wall_s = total.wall_s;
+  report.run.cpu_s = total.cpu_s;
+  report.run.peak_memory_bytes = peak_memory_bytes();
+}
+
+double covmesh_diagonal(const CovMesh& mesh) {
+  return bounding_box_diagonal(mesh.vertices.means) * mesh.vertices.frame.scale();
+}
+
+}  // namespace
+
+void ReconstructOptions::check() const {
+  scale.check();
+  hem.check();
+  triangulate.check();
+  fit.check();
+  subdivide.check();
+  const auto fail = [](const char* field, const char* range, double value) {
+    throw OptionError(std::string(field) + " must be " + range + ", not " + std::to_string(value));
+  };
+  if (!(detail > 0 && detail <= 100)) fail("detail", "in (0, 100]", detail);
+  if (!(sigma0_rel >= 0) || !std::isfinite(sigma0_rel)) fail("sigma0_rel", "positive, or 0 for automatic", sigma0_rel);
+  if (levels < -1 || levels > 8) fail("levels", "in [0, 8], or -1 for automatic", levels);
+  if (sensor && !sensor->allFinite()) throw OptionError("sensor must be finite");
+}
+
+PreparedCloud prepare(const PointCloud& world, const ScaleOptions& options, const RunContext& context) {
+  PreparedCloud prepared;
+  prepared.clean = clean(world, context);
+  refuse_degenerate(prepared.clean.cloud);
+  prepared.scale = estimate_scale(prepared.clean.cloud, options, context);
+  const std::vector<Index>& isolated = prepared.scale.isolated;
+  prepared.isolated = isolated.size();
+  if (!isolated.empty()) {
+    std::vector<Index> kept;
+    kept.reserve(prepared.clean.cloud.size() - isolated.size());
+    for (Index i = 0, next = 0; i < prepared.clean.cloud.size(); ++i) {
+      if (next < isolated.size() && isolated[next] == i)
+        ++next;
+      else
+        kept.push_back(i);
+    }
+    prepared.clean.cloud = select(prepared.clean.cloud, kept);
+    for (Index& k : kept) k = prepared.clean.source[k];
+    prepared.clean.source = std::move(kept);
+    refuse_degenerate(prepared.clean.cloud);
+  }
+  prepared.diagonal = bounding_box_diagonal(prepared.clean.cloud.positions);
+  return prepared;
+}
+
+Mixture mixture_stage(const PreparedCloud& cloud, const ReconstructOptions& options, const RunContext& context,
+                      ErrorReport& report) {
+  const double unit = cloud.clean.cloud.frame.scale();
+  ScaleReport& scale = report.scale.emplace();
+  HemOptions hem = options.hem;
+  hem.sigma0 = kernel_width(cloud, options, context, report, scale.choice);
+  hem.spacing = cloud.scale.spacing;
+  scale.spacing = cloud.scale.spacing * unit;
+  scale.noise = cloud.scale.noise * unit;
+  scale.sigma0 = hem.sigma0 * unit;
+
+  MixtureReport& described = report.mixture.emplace();
+  hem.on_level = [&](int level, const Mixture& mixture) {
+    described.levels.push_back(mixture.size());
+    if (options.hem.on_level) options.hem.on_level(level, mixture);
+  };
+  Mixture mixture = build_mixture(cloud.clean.cloud, hem, context);
+  round_to_world(mixture);
+  described.components = mixture.size();
+  described.weight = std::accumulate(mixture.weights.begin(), mixture.weights.end(), 0.0);
+  return mixture;
+}
+
+CovMesh triangulate_stage(const Mixture& mixture, const ReconstructOptions& options, const RunContext& context,
+                          ErrorReport& report) {
+  TriangulateOptions local = options.triangulate;
+  if (options.sensor) local.sensor = mixture.frame.to_local(*options.sensor);
+  Triangulation result = triangulate(mixture, local, context);
+  round_to_world(result.mesh.vertices);
+  CovMeshReport& described = report.covmesh.emplace();
+  described.leftover_components = result.leftover_components;
+  described.leftover_weight = result.leftover_weight;
+  described.dropped_specks = result.dropped_specks;
+  described.dropped_speck_weight = result.dropped_speck_weight;
+  described.split_vertices = result.split_vertices;
+  described.closed_pinholes = result.closed_pinholes;
+  described.flipped_components = result.flipped_components;
+  describe_covmesh(result.mesh, report);
+  return std::move(result.mesh);
+}
+
+CovMesh fit_stage(CovMesh mesh, const PreparedCloud& cloud, const ReconstructOptions& options,
+                  const RunContext& context, ErrorReport& report) {
+  if (options.fit.steps == 0) return mesh;
+  const std::vector<Vec3> before = mesh.vertices.means;
+  const bool same_frame = cloud.clean.cloud.frame == mesh.vertices.frame;
+  mesh = same_frame ? fit(std::move(mesh), cloud.clean.cloud, options.fit, context)
+                    : fit(std::move(mesh), in_frame(cloud.clean.cloud, mesh.vertices.frame), options.fit, context);
+  round_to_world(mesh.vertices);
+  FitReport& described = report.fit.emplace();
+  described.steps = options.fit.steps;
+  const double unit = mesh.vertices.frame.scale();
+  for (std::size_t v = 0; v < before.size(); ++v) {
+    const double shift = unit * (mesh.vertices.means[v] - before[v]).norm();
+    described.mean_shift += shift / static_cast<double>(before.size());
+    described.max_shift = std::max(described.max_shift, shift);
+  }
+  describe_covmesh(mesh, report);
+  return mesh;
+}
+
+Mesh subdivide_stage(const CovMesh& mesh, const ReconstructOptions& options, const RunContext& context,
+                     ErrorReport& report) {
+  SubdivideOptions subdivision = options.subdivide;
+  subdivision.levels = options.levels >= 0 ? options.levels : level_for_edge_length(mesh, edge_target(mesh));
+  Mesh refined = subdivide(mesh, subdivision, context);
+  report.mesh = measure_mesh(refined, context);
+  report.mesh->level = subdivision.levels;
+  if (report.diagonal == 0) report.diagonal = covmesh_diagonal(mesh);
+  return refined;
+}
+
+Reconstruction reconstruct(const PointCloud& world, const ReconstructOptions& options, const RunContext& context) {
+  options.check();
+  StageTimer timer;
+  ErrorReport report;
+  timer.start("prepare");
+  const PreparedCloud cloud = prepare(world, options.scale, context);
+  describe_input(cloud, world.size(), report);
+  timer.start("mixture");
+  const Mixture mixture = mixture_stage(cloud, options, context, report);
+  timer.start("triangulate");
+  CovMesh mesh = triangulate_stage(mixture, options, context, report);
+  timer.start("fit");
+  mesh = fit_stage(std::move(mesh), cloud, options, context, report);
+  Reconstruction result = finish(std::move(mesh), options, context, std::move(report), timer);
+  timer.start("report");
+  result.report.points_to_surface =
+      measure_distances(SurfaceDistance(result.mesh, context), cloud.clean.cloud, result.report.diagonal, context);
+  result.report.compression = compression(result.covmesh, world.size());
+  close_books(result, context, timer);
+  return result;
+}
+
+Reconstruction reconstruct(const Mixture& mixture, const ReconstructOptions& options, const RunContext& context) {
+  options.check();
+  StageTimer timer;
+  ErrorReport report;
+  timer.start("triangulate");
+  CovMesh mesh = triangulate_stage(mixture, options, context, report);
+  Reconstruction result = finish(std::move(mesh), options, context, std::move(report), timer);
+  close_books(result, context, timer);
+  return result;
+}
+
+Reconstruction reconstruct(const CovMesh& mesh, const ReconstructOptions& options, const RunContext& context) {
+  options.check();
+  StageTimer timer;
+  ErrorReport report;
+  describe_covmesh(mesh, report);
+  Reconstruction result = finish(mesh, options, context, std::move(report), timer);
+  close_books(result, context, timer);
+  return result;
+}
+
+}  // namespace gpsrecon
