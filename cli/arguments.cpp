@@ -150,8 +150,16 @@ struct Arguments::Impl {
   struct Option {
     std::string group, name, value_name, description;
     CLI::Option* parsed;
-    std::function<void(const std::string&)> apply;
+    std::function<void(const std::string&)> read;
+    std::function<OptionValue()> value;
+    std::string text;  ///< as given, or what --help calls the default
+    bool in_values;
     bool configurable = true;
+
+    void apply(const std::string& given) {
+      read(given);
+      text = given;
+    }
 
     bool takes_value() const { return !value_name.empty(); }
   };
@@ -162,6 +170,7 @@ struct Arguments::Impl {
   std::vector<Positional> positionals;
   std::vector<Option> options;
   std::string current_group = "Options";
+  bool group_in_values = true;
   std::string config;
 
   void apply_values();
@@ -187,39 +196,52 @@ void Arguments::positionals(const std::string& name, std::vector<std::string>& v
   impl_->positionals.push_back({name, meaning, true});
 }
 
-void Arguments::group(const std::string& title) {
+void Arguments::group(const std::string& title, bool in_values) {
   impl_->current_group = title;
+  impl_->group_in_values = in_values;
 }
 
 void Arguments::option(const std::string& name, const std::string& value_name, const std::string& meaning,
                        const std::string& range, const std::string& default_text,
-                       std::function<void(const std::string&)> read) {
+                       std::function<void(const std::string&)> read, std::function<OptionValue()> value) {
   std::string description = meaning;
   if (!range.empty()) description += "; range: " + range;
   if (!default_text.empty()) description += "; default: " + default_text;
-  impl_->options.push_back({impl_->current_group, name, value_name, description,
-                            impl_->app.add_option(name)->expected(1)->type_size(1), std::move(read)});
+  impl_->options.push_back({.group = impl_->current_group,
+                            .name = name,
+                            .value_name = value_name,
+                            .description = description,
+                            .parsed = impl_->app.add_option(name)->expected(1)->type_size(1),
+                            .read = std::move(read),
+                            .value = std::move(value),
+                            .text = default_text,
+                            .in_values = impl_->group_in_values});
 }
 
 void Arguments::option(const std::string& name, const std::string& value_name, double& value,
                        const std::string& meaning, const std::string& range) {
-  option(name, value_name, meaning, range, shortest(value),
-         [&value](const std::string& text) { value = parse_double(text); });
+  option(
+      name, value_name, meaning, range, shortest(value),
+      [&value](const std::string& text) { value = parse_double(text); }, [&value] { return OptionValue(value); });
 }
 
 void Arguments::option(const std::string& name, const std::string& value_name, int& value, const std::string& meaning,
                        const std::string& range) {
-  option(name, value_name, meaning, range, shortest(value), [&value](const std::string& text) {
+  const auto read = [&value](const std::string& text) {
     const std::int64_t parsed = parse_integer(text);
     value = static_cast<int>(parsed);
     if (value != parsed) expected("a smaller integer", text);
-  });
+  };
+  option(name, value_name, meaning, range, shortest(value), read,
+         [&value] { return OptionValue(std::int64_t{value}); });
 }
 
 void Arguments::option(const std::string& name, const std::string& value_name, std::size_t& value,
                        const std::string& meaning, const std::string& range) {
-  option(name, value_name, meaning, range, shortest(value),
-         [&value](const std::string& text) { value = parse_natural(text); });
+  option(
+      name, value_name, meaning, range, shortest(value),
+      [&value](const std::string& text) { value = parse_natural(text); },
+      [&value] { return OptionValue(static_cast<std::int64_t>(value)); });
 }
 
 void Arguments::option(const std::string& name, const std::string& value_name, std::string& value,
@@ -231,14 +253,24 @@ void Arguments::option(const std::string& name, const std::string& value_name, s
 }
 
 void Arguments::flag(const std::string& name, const std::string& meaning, std::function<void()> when_given) {
-  impl_->options.push_back({impl_->current_group, name, "", meaning, impl_->app.add_flag(name),
-                            [act = std::move(when_given)](const std::string& text) {
-                              if (parse_switch(text)) act();
-                            }});
+  impl_->options.push_back({.group = impl_->current_group,
+                            .name = name,
+                            .value_name = "",
+                            .description = meaning,
+                            .parsed = impl_->app.add_flag(name),
+                            .read =
+                                [act = std::move(when_given)](const std::string& text) {
+                                  if (parse_switch(text)) act();
+                                },
+                            .value = nullptr,
+                            .text = "",
+                            .in_values = false});
 }
 
 void Arguments::flag(const std::string& name, bool& value, const std::string& meaning) {
   flag(name, meaning, [&value] { value = true; });
+  impl_->options.back().value = [&value] { return OptionValue(value); };
+  impl_->options.back().in_values = impl_->group_in_values;
 }
 
 void Arguments::throw_unexpected(const std::string& text, const std::string& what) {
@@ -246,7 +278,7 @@ void Arguments::throw_unexpected(const std::string& text, const std::string& wha
 }
 
 void Arguments::declare_globals(GlobalOptions& options) {
-  group("Options of every command");
+  group("Options of every command", false);
   option("--threads", "N", options.threads, "number of threads, 0 = all of the machine; results do not depend on it",
          "[0, 1024]");
   option("--seed", "N", options.seed, "seed of everything random", "[0, 2^64)");
@@ -271,7 +303,7 @@ void Arguments::Impl::apply_values() {
   std::map<std::string, ConfigValue> from_file;
   if (const CLI::Option* given = find("--config").parsed; given->count() > 0)
     from_file = read_config(given->results().back());
-  for (const Option& option : options) {
+  for (Option& option : options) {
     const bool on_line = option.parsed->count() > 0;
     const auto in_file = from_file.find(option.name.substr(2));
     const bool from_config = in_file != from_file.end() && option.configurable;
@@ -320,6 +352,13 @@ GlobalOptions Arguments::parse() {
   if (globals.threads < 0 || globals.threads > 1024)
     throw OptionError("--threads: expected an integer in [0, 1024], got " + in_quotes(std::to_string(globals.threads)));
   return globals;
+}
+
+std::map<std::string, OptionValue> Arguments::values() const {
+  std::map<std::string, OptionValue> values;
+  for (const auto& option : impl_->options)
+    if (option.in_values) values[option.name.substr(2)] = option.value ? option.value() : OptionValue(option.text);
+  return values;
 }
 
 std::string Arguments::help() const {

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -11,6 +12,7 @@
 #include <vector>
 
 #include <gpsrecon/core/vec.h>
+#include <gpsrecon/metrics/report.h>
 
 namespace gpsrecon::cli {
 
@@ -42,8 +44,8 @@ class Arguments {
   /// One or more of them.
   void positionals(const std::string& name, std::vector<std::string>& values, const std::string& meaning);
 
-  /// Title of the options declared next in --help.
-  void group(const std::string& title);
+  /// Title of the options declared next in --help, and whether they are among values().
+  void group(const std::string& title, bool in_values = true);
   /// `name` is spelled with its dashes. The variable's value at the time of the call is the default in --help. Ranges
   /// are for --help; it is the options structs that check them. Values of doubles must be finite.
   void option(const std::string& name, const std::string& value_name, double& value, const std::string& meaning,
@@ -55,9 +57,11 @@ class Arguments {
   /// A text, such as a file name. `default_text` says what happens without it.
   void option(const std::string& name, const std::string& value_name, std::string& value, const std::string& meaning,
               const std::string& range, const std::string& default_text);
-  /// Any other type: `read` takes the text and throws OptionError saying what was expected.
+  /// Any other type: `read` takes the text and throws OptionError saying what was expected. Without `value` the text is
+  /// what values() holds.
   void option(const std::string& name, const std::string& value_name, const std::string& meaning,
-              const std::string& range, const std::string& default_text, std::function<void(const std::string&)> read);
+              const std::string& range, const std::string& default_text, std::function<void(const std::string&)> read,
+              std::function<OptionValue()> value = nullptr);
   /// One of several words, each standing for a value.
   template <class T>
   void choice(const std::string& name, T& value, const std::vector<std::pair<std::string, T>>& words,
@@ -79,6 +83,9 @@ class Arguments {
 
   /// Parses. Throws OptionError for what does not fit the declarations, Answered after --help and --version.
   GlobalOptions parse();
+
+  /// The values in force after parse(), by option name without dashes, of the groups that are `in_values`.
+  std::map<std::string, OptionValue> values() const;
 
   /// Everything that was declared, as --help shows it.
   std::string help() const;

@@ -42,10 +42,12 @@ void bind_triangulate(Arguments& arguments, ReconstructOptions& options) {
   arguments.group("Triangulation");
   arguments.option("--min-overlap", "X", options.triangulate.min_overlap,
                    "smallest Bhattacharyya coefficient of two Gaussians that may share an edge", "(0, 1)");
+  const auto degrees = [&options] { return options.triangulate.min_dihedral / degree; };
   arguments.option(
       "--min-dihedral", "DEGREES", "smallest dihedral angle between neighbouring triangles in degrees, 180 is flat",
-      "[0, 180)", std::to_string(std::lround(options.triangulate.min_dihedral / degree)),
-      [&options](const std::string& text) { options.triangulate.min_dihedral = parse_double(text) * degree; });
+      "[0, 180)", std::to_string(std::lround(degrees())),
+      [&options](const std::string& text) { options.triangulate.min_dihedral = parse_double(text) * degree; },
+      [degrees] { return OptionValue(degrees()); });
   arguments.option("--min-component", "X", options.triangulate.min_component_share,
                    "drop connected components with less than this share of the total weight", "[0, 1)");
   arguments.option("--max-pinhole", "N", options.triangulate.max_pinhole_edges,
@@ -83,7 +85,7 @@ void bind_subdivide(Arguments& arguments, ReconstructOptions& options) {
 }
 
 void bind_encoding(Arguments& arguments, PlyEncoding& encoding) {
-  arguments.group("Output");
+  arguments.group("Output", false);
   arguments.flag("--ascii", "write PLY files as text instead of binary",
                  [&encoding] { encoding = PlyEncoding::ascii; });
 }

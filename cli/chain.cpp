@@ -51,30 +51,32 @@ void dump_levels_and_fronts(const std::string& folder, ReconstructOptions& optio
   };
 }
 
-/// What only the program knows about the run.
-void complete(ErrorReport& report, const ChainFiles& files, const GlobalOptions& globals) {
-  report.version = GPSRECON_VERSION;
-  report.seed = globals.seed;
-  if (report.input) report.input->file = file_report(files.in);
-}
-
 Reconstruction reconstruct_file(const std::string& path, const ReconstructOptions& options, const Console& console) {
   const RunContext context = console.context();
+  StageTimer timer;
+  timer.start("read");
+  const auto work_on = [&](const auto& data) {
+    timer.stop();
+    Reconstruction result = on_data_of(path, [&] { return reconstruct(data, options, context); });
+    std::vector<StageTime>& stages = result.report.run.stages;
+    stages.insert(stages.begin(), timer.stages().begin(), timer.stages().end());
+    return result;
+  };
   switch (kind_of(path)) {
     case FileKind::mixture: {
       console.info(path + ": is a mixture; starting with the triangulation");
       const Mixture mixture = load_mixture(path);
       if (options.hem.on_level) options.hem.on_level(0, mixture);
-      return reconstruct(mixture, options, context);
+      return work_on(mixture);
     }
     case FileKind::covmesh:
       console.info(path + ": is a covariance mesh; starting with the subdivision");
-      return reconstruct(load_covmesh(path), options, context);
+      return work_on(load_covmesh(path));
     case FileKind::points:
     case FileKind::mesh:
       break;
   }
-  return reconstruct(load_points(path, console), options, context);
+  return work_on(load_points(path, console));
 }
 
 }  // namespace
@@ -93,7 +95,7 @@ ExitCode run_chain(Arguments& arguments) {
   bind_fit(arguments, options.fit);
   arguments.flag("--no-fit", "the same as --fit-steps 0", [&options] { options.fit.steps = 0; });
   bind_subdivide(arguments, options);
-  arguments.group("Output");
+  arguments.group("Output", false);
   arguments.option("--covmesh", "FILE", files.covmesh, "covariance mesh (ply)", "", "OUT's stem + .covmesh.ply");
   arguments.option("--report", "FILE", files.report, "report (JSON)", "", "OUT's stem + .report.json");
   arguments.flag("--no-covmesh", files.no_covmesh, "write no covariance mesh");
@@ -112,14 +114,25 @@ ExitCode run_chain(Arguments& arguments) {
   const Console console(globals);
   dump_levels_and_fronts(files.dump, options, outputs, encoding);
 
+  StageTimer timer;
   Reconstruction result = reconstruct_file(files.in, options, console);
+  ErrorReport& report = result.report;
+  report.version = GPSRECON_VERSION;
+  report.options = arguments.values();
+  report.warnings = console.warnings();
+  if (report.input) report.input->file = file_report(files.in);
 
+  timer.start("write");
   outputs.stage(files.out, [&](const std::string& path) { write_mesh(result.mesh, path, encoding); });
   outputs.stage(files.covmesh, [&](const std::string& path) { write_covmesh(result.covmesh, path, encoding); });
-  complete(result.report, files, globals);
-  outputs.stage(files.report, [&](const std::string& path) { write_text(to_json(result.report), path); });
+  timer.stop();
+  report.run.stages.push_back(timer.stages().back());
+  report.run.wall_s = timer.total().wall_s;
+  report.run.cpu_s = timer.total().cpu_s;
+  report.run.peak_memory_bytes = peak_memory_bytes();
+  outputs.stage(files.report, [&](const std::string& path) { write_text(to_json(report), path); });
   outputs.commit(console.context());
-  if (!globals.quiet) std::fputs(summary(result.report).c_str(), stderr);
+  if (!globals.quiet) std::fputs(summary(report).c_str(), stderr);
   return ExitCode::done;
 }
 

@@ -69,7 +69,7 @@ ExitCode run_compare(Arguments& arguments) {
                      max_error = parse_double(text);
                      if (max_error < 0) throw OptionError("expected a number >= 0, got '" + text + "'");
                    });
-  arguments.group("Output");
+  arguments.group("Output", false);
   arguments.option("--report", "FILE", report_file, "report (JSON; - is standard output)", "", "none");
   const GlobalOptions globals = arguments.parse();
   options.check();
@@ -82,7 +82,7 @@ ExitCode run_compare(Arguments& arguments) {
   report.version = GPSRECON_VERSION;
   report.command = "compare";
   report.seed = globals.seed;
-  report.options = {{"samples", static_cast<std::int64_t>(options.samples)}};
+  report.options = arguments.values();
 
   outputs.stage(report_file, [&](const std::string& path) { write_text(to_json(report), path); });
   outputs.commit(console.context());

@@ -38,8 +38,13 @@ class Terminal final : public spdlog::sinks::base_sink<std::mutex> {
  protected:
   void sink_it_(const spdlog::details::log_msg& message) override {
     erase_bar();
-    const char* kind = message.level == spdlog::level::warn ? "warning: " : "";
-    std::fprintf(stderr, "gpsrecon: %s%.*s\n", kind, static_cast<int>(message.payload.size()), message.payload.data());
+    const auto size = static_cast<int>(message.payload.size());
+    if (message.level == spdlog::level::warn) {
+      std::fprintf(stderr, "gpsrecon: warning: %.*s\n", size, message.payload.data());
+    } else {
+      const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start_;
+      std::fprintf(stderr, "gpsrecon: [%6.2f s] %.*s\n", elapsed.count(), size, message.payload.data());
+    }
   }
   void flush_() override { std::fflush(stderr); }
 
@@ -51,7 +56,7 @@ class Terminal final : public spdlog::sinks::base_sink<std::mutex> {
 
   bool shows_bar_, bar_is_shown_ = false;
   std::string stage_;
-  std::chrono::steady_clock::time_point drawn_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now(), drawn_;
 };
 
 std::shared_ptr<spdlog::sinks::sink> open_log_file(const std::string& path) {
@@ -83,6 +88,12 @@ struct Console::Impl {
   GlobalOptions options;
   std::shared_ptr<Terminal> terminal;
   spdlog::logger logger{"gpsrecon"};
+  std::vector<std::string> warnings;
+
+  void log(LogLevel level, const std::string& message) {
+    if (level == LogLevel::warning) warnings.push_back(message);
+    logger.log(level_of(level), message);
+  }
 };
 
 Console::Console(const GlobalOptions& options) : impl_(std::make_unique<Impl>()) {
@@ -107,15 +118,19 @@ RunContext Console::context() const {
   context.seed = impl_->options.seed;
   context.cancel = &cancel_requested();
   context.on_progress = [this](std::string_view stage, double share) { impl_->terminal->draw_bar(stage, share); };
-  context.on_log = [this](LogLevel level, const std::string& message) { impl_->logger.log(level_of(level), message); };
+  context.on_log = [this](LogLevel level, const std::string& message) { impl_->log(level, message); };
   return context;
 }
 
 void Console::info(const std::string& message) const {
-  impl_->logger.info(message);
+  impl_->log(LogLevel::info, message);
 }
 void Console::warn(const std::string& message) const {
-  impl_->logger.warn(message);
+  impl_->log(LogLevel::warning, message);
+}
+
+const std::vector<std::string>& Console::warnings() const {
+  return impl_->warnings;
 }
 
 }  // namespace gpsrecon::cli

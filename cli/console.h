@@ -3,6 +3,7 @@
 #include <gpsrecon/core/run_context.h>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "arguments.h"
 
@@ -24,6 +25,8 @@ class Console {
 
   void info(const std::string& message) const;
   void warn(const std::string& message) const;
+  /// All warnings so far.
+  const std::vector<std::string>& warnings() const;
 
  private:
   struct Impl;

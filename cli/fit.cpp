@@ -28,7 +28,7 @@ ExitCode run_fit(Arguments& arguments) {
   const PointCloud points = load_points(points_file, console);
   const RunContext context = console.context();
   ErrorReport report;
-  const PreparedCloud cloud = prepare(points, options.scale, context);
+  const PreparedCloud cloud = on_data_of(points_file, [&] { return prepare(points, options.scale, context); });
   const CovMesh fitted = fit_stage(std::move(mesh), cloud, options, context, report);
 
   outputs.stage(out, [&](const std::string& path) { write_covmesh(fitted, path, encoding); });

@@ -156,7 +156,7 @@ ExitCode run_info(Arguments& arguments) {
   std::vector<std::string> files;
   bool as_json = false;
   arguments.positionals("FILE", files, "points, mixture, covariance mesh or mesh (- is standard input)");
-  arguments.group("Output");
+  arguments.group("Output", false);
   arguments.flag("--json", as_json, "print a JSON list with one object per file");
   const Console console(arguments.parse());
 

@@ -23,6 +23,18 @@ Mixture load_mixture(const std::string& path);
 CovMesh load_covmesh(const std::string& path);
 Mesh load_mesh(const std::string& path);
 
+/// Runs `work` on what a file holds, and puts the name of the file into its complaints about that.
+template <class Work>
+auto on_data_of(const std::string& path, const Work& work) {
+  try {
+    return work();
+  } catch (const InputError& error) {
+    throw InputError(path + ": " + error.what());
+  } catch (const NoSurfaceError& error) {
+    throw NoSurfaceError(path + ": " + error.what());
+  }
+}
+
 /// How a file that was read is called in a report.
 FileReport file_report(const std::string& path);
 

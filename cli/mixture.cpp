@@ -17,7 +17,7 @@ ExitCode run_mixture(Arguments& arguments) {
   arguments.positional("OUT", out, "mixture (ply; - is standard output)");
   bind_scale(arguments, options.scale);
   bind_hem(arguments, options);
-  arguments.group("Output");
+  arguments.group("Output", false);
   arguments.option("--ellipsoids", "FILE", ellipsoids,
                    "write the Gaussians as a mesh of ellipsoids too, to look at (ply, obj, off, stl)", "", "none");
   arguments.option("--ellipsoid-scale", "X", ellipsoid_options.scale, "half axes in standard deviations", "> 0");
@@ -33,8 +33,8 @@ ExitCode run_mixture(Arguments& arguments) {
   const PointCloud points = load_points(in, console);
   const RunContext context = console.context();
   ErrorReport report;
-  const PreparedCloud cloud = prepare(points, options.scale, context);
-  const Mixture mixture = mixture_stage(cloud, options, context, report);
+  const Mixture mixture =
+      on_data_of(in, [&] { return mixture_stage(prepare(points, options.scale, context), options, context, report); });
 
   outputs.stage(out, [&](const std::string& path) { write_mixture(mixture, path, encoding); });
   outputs.stage(ellipsoids, [&](const std::string& path) {

@@ -24,7 +24,7 @@ ExitCode run_triangulate(Arguments& arguments) {
   const Mixture mixture = load_mixture(in);
   const RunContext context = console.context();
   ErrorReport report;
-  const CovMesh mesh = triangulate_stage(mixture, options, context, report);
+  const CovMesh mesh = on_data_of(in, [&] { return triangulate_stage(mixture, options, context, report); });
 
   outputs.stage(out, [&](const std::string& path) { write_covmesh(mesh, path, encoding); });
   outputs.commit(context);
