@@ -23,7 +23,8 @@ std::string version_comment() {
 std::string frame_comment(const FrameComment& comment) {
   const Vec3& origin = comment.frame.origin;
   return version_comment() + " frame " + exact(origin.x()) + " " + exact(origin.y()) + " " + exact(origin.z()) + " " +
-         std::to_string(comment.frame.exponent) + " sigma0 " + exact(comment.sigma0);
+         std::to_string(comment.frame.exponent) + " sigma0 " + exact(comment.sigma0) + " spacing " +
+         exact(comment.spacing);
 }
 
 FrameComment find_frame_comment(const InputFile& file, const PlyHeader& header) {
@@ -44,8 +45,10 @@ FrameComment find_frame_comment(const InputFile& file, const PlyHeader& header) 
                        std::abs(exponent) <= largest_exponent && fields.next(word) && word == "sigma0" &&
                        number(found.sigma0) && found.sigma0 >= 0;
     if (!valid)
-      file.fail("expected the comment 'gpsrecon VERSION frame X Y Z EXPONENT sigma0 S' in the header, found " +
+      file.fail("expected the comment 'gpsrecon VERSION frame X Y Z EXPONENT sigma0 S spacing A' in the header, found " +
                 quote(comment));
+    if (fields.next(word) && word == "spacing" && !(number(found.spacing) && found.spacing >= 0))
+      file.fail("expected a spacing >= 0 in the header, found " + quote(comment));
     found.frame.exponent = static_cast<int>(exponent);
     return found;
   }
