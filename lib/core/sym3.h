@@ -83,6 +83,13 @@ struct Cholesky3 {
     const double y = (v.y() - l10 * x) / l11;
     return {x, y, (v.z() - l20 * x - l21 * y) / l22};
   }
+  /// A⁻¹ v, backward stable: the way to apply the inverse of an ill-conditioned matrix.
+  Vec3 solve(const Vec3& v) const {
+    const Vec3 y = solve_lower(v);
+    const double z = y.z() / l22;
+    const double x1 = (y.y() - l21 * z) / l11;
+    return {(y.x() - l10 * x1 - l20 * z) / l00, x1, z};
+  }
   /// A⁻¹
   Sym3 inverse() const;
 };

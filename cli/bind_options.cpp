@@ -1,0 +1,93 @@
+#include "bind_options.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace gpsrecon::cli {
+
+void bind_scale(Arguments& arguments, ScaleOptions& options) {
+  arguments.group("Points");
+  arguments.option("--isolation", "X", options.isolation,
+                   "drop points whose 8th neighbour is farther than X times the median such distance, 0 = keep all",
+                   "> 1 or 0");
+}
+
+void bind_hem(Arguments& arguments, ReconstructOptions& options) {
+  arguments.group("Mixture");
+  arguments.option("--detail", "X", options.detail,
+                   "divide the automatic kernel width by X: above 1 more detail, below 1 smoother", "(0, 100]");
+  arguments.option(
+      "--sigma0-rel", "X", options.sigma0_rel,
+      "kernel width of a point as a share of the diagonal of the cloud, 0 = automatic, from sample spacing "
+      "and noise",
+      ">= 0");
+  arguments.option("--alpha", "X", options.hem.alpha,
+                   "how unlike Gaussians may be that merge: Kullback-Leibler divergence at most X^2/2", "(0, 10]");
+  arguments.option("--hem-levels", "N", options.hem.max_levels,
+                   "largest number of reduction levels, 0 = until a level hardly reduces", ">= 0");
+  arguments.option("--target", "N", options.hem.target_components,
+                   "wanted number of Gaussians, hit within 2 % where the levels can reach it, 0 = as the levels end",
+                   ">= 0");
+  arguments.choice<InitialCovariance>(
+      "--initial", options.hem.initial,
+      {{"isotropic", InitialCovariance::isotropic}, {"local", InitialCovariance::local}},
+      "Gaussian each point starts as: a ball, or the covariance of its neighbours scaled to the sample spacing");
+  arguments.flag("--balance", options.hem.balance,
+                 "weight points by the inverse of the local density, so that dense areas do not dominate");
+}
+
+void bind_triangulate(Arguments& arguments, ReconstructOptions& options) {
+  constexpr double degree = std::numbers::pi / 180;
+  arguments.group("Triangulation");
+  arguments.option("--min-overlap", "X", options.triangulate.min_overlap,
+                   "smallest Bhattacharyya coefficient of two Gaussians that may share an edge", "(0, 1)");
+  const auto degrees = [&options] { return options.triangulate.min_dihedral / degree; };
+  arguments.option(
+      "--min-dihedral", "DEGREES", "smallest dihedral angle between neighbouring triangles in degrees, 180 is flat",
+      "[0, 180)", std::to_string(std::lround(degrees())),
+      [&options](const std::string& text) { options.triangulate.min_dihedral = parse_double(text) * degree; },
+      [degrees] { return OptionValue(degrees()); });
+  arguments.option("--min-component", "X", options.triangulate.min_component_share,
+                   "drop connected components with less than this share of the total weight", "[0, 1)");
+  arguments.option("--max-pinhole", "N", options.triangulate.max_pinhole_edges,
+                   "close boundary loops of at most N edges that the mixture itself bridges, 0 = none", ">= 0");
+  arguments.option("--sensor", "X,Y,Z",
+                   "where the sensor stood, in the coordinates of the input: open surfaces face it", "", "unknown",
+                   [&options](const std::string& text) { options.sensor = parse_point(text); });
+}
+
+void bind_fit(Arguments& arguments, FitOptions& options) {
+  arguments.group("Fit");
+  arguments.option("--fit-steps", "N", options.steps,
+                   "averaging steps that move the surface through the points, 0 = none", "[0, 100]");
+}
+
+void bind_subdivide(Arguments& arguments, ReconstructOptions& options) {
+  arguments.group("Subdivision");
+  arguments.option(
+      "--levels", "auto|N",
+      "refinement level of the mesh; auto = the smallest up to 3 whose edges are no longer than the sample "
+      "spacing",
+      "[0, 8]", options.levels < 0 ? "auto" : std::to_string(options.levels), [&options](const std::string& text) {
+        options.levels = text == "auto" ? -1 : static_cast<int>(std::min<std::uint64_t>(parse_natural(text), 1000));
+      });
+  arguments.option("--scheme", "loop", "refinement scheme, of which there is one", "", "loop",
+                   [](const std::string& text) {
+                     if (text != "loop") throw OptionError("expected loop, got '" + text + "'");
+                   });
+  arguments.choice<CornerRule>("--corners", options.subdivide.corners,
+                               {{"smooth", CornerRule::smooth}, {"sharp", CornerRule::sharp}},
+                               "boundary vertices of a single face: rounded like the rest of the boundary, or kept");
+  arguments.choice<LoopWeights>("--loop-weights", options.subdivide.weights,
+                                {{"loop", LoopWeights::loop}, {"warren", LoopWeights::warren}},
+                                "weights of interior vertices: Loop's own, or Warren's simpler ones");
+}
+
+void bind_encoding(Arguments& arguments, PlyEncoding& encoding) {
+  arguments.group("Output", false);
+  arguments.flag("--ascii", "write PLY files as text instead of binary",
+                 [&encoding] { encoding = PlyEncoding::ascii; });
+}
+
+}  // namespace gpsrecon::cli

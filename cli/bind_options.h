@@ -1,0 +1,24 @@
+#pragma once
+
+#include <gpsrecon/io/io.h>
+#include <gpsrecon/pipeline/reconstruct.h>
+#include <string>
+
+#include "arguments.h"
+
+namespace gpsrecon::cli {
+
+// Every options struct as flags, once: the chain and the command of a stage declare the same ones. The structs hold
+// the defaults and check the ranges.
+
+void bind_scale(Arguments& arguments, ScaleOptions& options);
+/// Kernel width and reduction.
+void bind_hem(Arguments& arguments, ReconstructOptions& options);
+void bind_triangulate(Arguments& arguments, ReconstructOptions& options);
+void bind_fit(Arguments& arguments, FitOptions& options);
+void bind_subdivide(Arguments& arguments, ReconstructOptions& options);
+
+/// How PLY outputs are encoded.
+void bind_encoding(Arguments& arguments, PlyEncoding& encoding);
+
+}  // namespace gpsrecon::cli

@@ -1,0 +1,139 @@
+#include <gpsrecon/io/io.h>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+
+#include "bind_options.h"
+#include "commands.h"
+#include "inputs.h"
+#include "outputs.h"
+
+namespace gpsrecon::cli {
+namespace {
+
+struct ChainFiles {
+  std::string in, out, covmesh, report, dump;
+  bool no_covmesh = false, no_report = false;
+};
+
+/// Companions of OUT that were not named lie beside it; beside standard output there is no place.
+void complete(ChainFiles& files) {
+  if (files.no_covmesh && !files.covmesh.empty()) throw OptionError("--covmesh and --no-covmesh contradict each other");
+  if (files.no_report && !files.report.empty()) throw OptionError("--report and --no-report contradict each other");
+  if (files.out == "-") return;
+  if (files.covmesh.empty() && !files.no_covmesh) files.covmesh = beside(files.out, ".covmesh.ply");
+  if (files.report.empty() && !files.no_report) files.report = beside(files.out, ".report.json");
+}
+
+/// Hooks the stages to keep what is between input and output: each level as a mixture, the growing front as a mesh of
+/// the means of the last level.
+void dump_levels_and_fronts(const std::string& folder, ReconstructOptions& options, Outputs& outputs,
+                            PlyEncoding encoding) {
+  if (folder.empty()) return;
+  const auto file = [folder](const char* format, std::size_t number) {
+    char name[64];
+    std::snprintf(name, sizeof name, format, number);
+    return (std::filesystem::path(folder) / name).string();
+  };
+  const auto last_level = std::make_shared<Mixture>();
+  options.hem.on_level = [=, &outputs](int level, const Mixture& mixture) {
+    *last_level = mixture;
+    outputs.stage(file("level-%02zu.mixture.ply", static_cast<std::size_t>(level)),
+                  [&](const std::string& path) { write_mixture(mixture, path, encoding); });
+  };
+  options.triangulate.on_snapshot = [=, &outputs](std::size_t step, const FaceList& faces) {
+    Mesh mesh;
+    mesh.positions = last_level->means;
+    mesh.faces = faces;
+    mesh.frame = last_level->frame;
+    outputs.stage(file("front-%08zu.mesh.ply", step),
+                  [&](const std::string& path) { write_mesh(mesh, path, encoding); });
+  };
+}
+
+Reconstruction reconstruct_file(const std::string& path, const ReconstructOptions& options, const Console& console) {
+  const RunContext context = console.context();
+  StageTimer timer;
+  timer.start("read");
+  const auto work_on = [&](const auto& data) {
+    timer.stop();
+    Reconstruction result = on_data_of(path, [&] { return reconstruct(data, options, context); });
+    std::vector<StageTime>& stages = result.report.run.stages;
+    stages.insert(stages.begin(), timer.stages().begin(), timer.stages().end());
+    return result;
+  };
+  switch (kind_of(path)) {
+    case FileKind::mixture: {
+      console.info(path + ": is a mixture; starting with the triangulation");
+      const Mixture mixture = load_mixture(path);
+      if (options.hem.on_level) options.hem.on_level(0, mixture);
+      return work_on(mixture);
+    }
+    case FileKind::covmesh:
+      console.info(path + ": is a covariance mesh; starting with the subdivision");
+      return work_on(load_covmesh(path));
+    case FileKind::points:
+    case FileKind::mesh:
+      break;
+  }
+  return work_on(load_points(path, console));
+}
+
+}  // namespace
+
+ExitCode run_chain(Arguments& arguments) {
+  ChainFiles files;
+  ReconstructOptions options;
+  PlyEncoding encoding = PlyEncoding::binary;
+  arguments.positional("IN", files.in,
+                       "points (ply, xyz, pcd), also a mesh, whose vertices are taken; a mixture or a covariance mesh "
+                       "enters the chain at its stage (- is standard input)");
+  arguments.positional("OUT", files.out, "mesh (ply, obj, off, stl; - is standard output)");
+  bind_scale(arguments, options.scale);
+  bind_hem(arguments, options);
+  bind_triangulate(arguments, options);
+  bind_fit(arguments, options.fit);
+  arguments.flag("--no-fit", "the same as --fit-steps 0", [&options] { options.fit.steps = 0; });
+  bind_subdivide(arguments, options);
+  arguments.group("Output", false);
+  arguments.option("--covmesh", "FILE", files.covmesh, "covariance mesh (ply)", "", "OUT's stem + .covmesh.ply");
+  arguments.option("--report", "FILE", files.report, "report (JSON)", "", "OUT's stem + .report.json");
+  arguments.flag("--no-covmesh", files.no_covmesh, "write no covariance mesh");
+  arguments.flag("--no-report", files.no_report, "write no report");
+  arguments.option("--dump", "FOLDER", files.dump,
+                   "keep every level of the mixture and snapshots of the triangulation in FOLDER", "", "none");
+  bind_encoding(arguments, encoding);
+  const GlobalOptions globals = arguments.parse();
+  options.check();
+  complete(files);
+  Outputs outputs(globals, {files.in});
+  outputs.plan(files.out, true);
+  outputs.plan(files.covmesh);
+  outputs.plan(files.report);
+  outputs.plan_folder(files.dump);
+  const Console console(globals);
+  dump_levels_and_fronts(files.dump, options, outputs, encoding);
+
+  StageTimer timer;
+  Reconstruction result = reconstruct_file(files.in, options, console);
+  ErrorReport& report = result.report;
+  report.version = GPSRECON_VERSION;
+  report.options = arguments.values();
+  report.warnings = console.warnings();
+  if (report.input) report.input->file = file_report(files.in);
+
+  timer.start("write");
+  outputs.stage(files.out, [&](const std::string& path) { write_mesh(result.mesh, path, encoding); });
+  outputs.stage(files.covmesh, [&](const std::string& path) { write_covmesh(result.covmesh, path, encoding); });
+  timer.stop();
+  report.run.stages.push_back(timer.stages().back());
+  report.run.wall_s = timer.total().wall_s;
+  report.run.cpu_s = timer.total().cpu_s;
+  report.run.peak_memory_bytes = peak_memory_bytes();
+  outputs.stage(files.report, [&](const std::string& path) { write_text(to_json(report), path); });
+  outputs.commit(console.context());
+  if (!globals.quiet) std::fputs(summary(report).c_str(), stderr);
+  return ExitCode::done;
+}
+
+}  // namespace gpsrecon::cli

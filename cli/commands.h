@@ -1,0 +1,19 @@
+#pragma once
+
+#include "arguments.h"
+#include "exit_code.h"
+
+namespace gpsrecon::cli {
+
+// The commands. Each declares its arguments and parses them, checks options and outputs, reads, calls the library and
+// writes.
+
+ExitCode run_chain(Arguments& arguments);
+ExitCode run_mixture(Arguments& arguments);
+ExitCode run_triangulate(Arguments& arguments);
+ExitCode run_fit(Arguments& arguments);
+ExitCode run_subdivide(Arguments& arguments);
+ExitCode run_compare(Arguments& arguments);
+ExitCode run_info(Arguments& arguments);
+
+}  // namespace gpsrecon::cli

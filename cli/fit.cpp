@@ -1,0 +1,39 @@
+#include <gpsrecon/io/io.h>
+
+#include "bind_options.h"
+#include "commands.h"
+#include "inputs.h"
+#include "outputs.h"
+
+namespace gpsrecon::cli {
+
+ExitCode run_fit(Arguments& arguments) {
+  std::string in, points_file, out;
+  ReconstructOptions options;
+  PlyEncoding encoding = PlyEncoding::binary;
+  arguments.positional("COVMESH", in, "covariance mesh (ply; - is standard input)");
+  arguments.positional("POINTS", points_file, "the points it was made from (ply, xyz, pcd)");
+  arguments.positional("OUT", out, "covariance mesh (ply; - is standard output)");
+  bind_scale(arguments, options.scale);
+  bind_fit(arguments, options.fit);
+  bind_encoding(arguments, encoding);
+  const GlobalOptions globals = arguments.parse();
+  options.check();
+  if (in == "-" && points_file == "-") throw OptionError("COVMESH and POINTS cannot both be standard input");
+  Outputs outputs(globals, {in, points_file});
+  outputs.plan(out);
+  const Console console(globals);
+
+  CovMesh mesh = load_covmesh(in);
+  const PointCloud points = load_points(points_file, console);
+  const RunContext context = console.context();
+  ErrorReport report;
+  const PreparedCloud cloud = on_data_of(points_file, [&] { return prepare(points, options.scale, context); });
+  const CovMesh fitted = fit_stage(std::move(mesh), cloud, options, context, report);
+
+  outputs.stage(out, [&](const std::string& path) { write_covmesh(fitted, path, encoding); });
+  outputs.commit(context);
+  return ExitCode::done;
+}
+
+}  // namespace gpsrecon::cli

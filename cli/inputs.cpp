@@ -1,0 +1,68 @@
+#include "inputs.h"
+
+#include <gpsrecon/metrics/file_hash.h>
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include "cancellation.h"
+
+namespace gpsrecon::cli {
+namespace {
+
+template <class Data, class Read>
+Data load_valid(const std::string& path, const Read& read) {
+  const EndAtOnceOnSignal nothing_written_yet;
+  Data data = read(path);
+  try {
+    validate(data);
+  } catch (const InvariantError& error) {
+    throw InputError(path + ": " + error.what());
+  }
+  return data;
+}
+
+}  // namespace
+
+FileKind kind_of(const std::string& path) {
+  const EndAtOnceOnSignal nothing_written_yet;
+  return probe_file(path);
+}
+
+PointCloud load_points(const std::string& path, const Console& console) {
+  const EndAtOnceOnSignal nothing_written_yet;
+  switch (probe_file(path)) {
+    case FileKind::points:
+      break;
+    case FileKind::mesh:
+      console.warn(path + ": is a mesh; its vertices are taken as points");
+      break;
+    case FileKind::mixture:
+      console.warn(path + ": is a mixture; its means are taken as points");
+      break;
+    case FileKind::covmesh:
+      console.warn(path + ": is a covariance mesh; its means are taken as points");
+      break;
+  }
+  return read_points(path);
+}
+
+Mixture load_mixture(const std::string& path) {
+  return load_valid<Mixture>(path, read_mixture);
+}
+CovMesh load_covmesh(const std::string& path) {
+  return load_valid<CovMesh>(path, read_covmesh);
+}
+Mesh load_mesh(const std::string& path) {
+  return load_valid<Mesh>(path, read_mesh);
+}
+
+FileReport file_report(const std::string& path) {
+  if (path == "-") return {path, "ply", ""};
+  std::string format = std::filesystem::path(path).extension().string();
+  std::transform(format.begin(), format.end(), format.begin(), [](unsigned char c) { return std::tolower(c); });
+  // A pipe or a device has been read and cannot be read again.
+  const bool can_be_read_again = std::filesystem::is_regular_file(path);
+  return {path, format.empty() ? format : format.substr(1), can_be_read_again ? hash_file(path) : ""};
+}
+
+}  // namespace gpsrecon::cli

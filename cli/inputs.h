@@ -1,0 +1,41 @@
+#pragma once
+
+#include <gpsrecon/core/mesh.h>
+#include <gpsrecon/core/mixture.h>
+#include <gpsrecon/core/point_cloud.h>
+#include <gpsrecon/io/io.h>
+#include <gpsrecon/metrics/report.h>
+#include <string>
+
+#include "console.h"
+
+namespace gpsrecon::cli {
+
+// Reading for commands: what the library reads, checked so that invalid data is an InputError that names the file.
+// A signal while they read ends the program at once.
+
+/// What the file holds.
+FileKind kind_of(const std::string& path);
+
+/// Points, or with a warning the vertices of a mesh and the means of a mixture.
+PointCloud load_points(const std::string& path, const Console& console);
+Mixture load_mixture(const std::string& path);
+CovMesh load_covmesh(const std::string& path);
+Mesh load_mesh(const std::string& path);
+
+/// Runs `work` on what a file holds, and puts the name of the file into its complaints about that.
+template <class Work>
+auto on_data_of(const std::string& path, const Work& work) {
+  try {
+    return work();
+  } catch (const InputError& error) {
+    throw InputError(path + ": " + error.what());
+  } catch (const NoSurfaceError& error) {
+    throw NoSurfaceError(path + ": " + error.what());
+  }
+}
+
+/// How a file that was read is called in a report.
+FileReport file_report(const std::string& path);
+
+}  // namespace gpsrecon::cli

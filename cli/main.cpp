@@ -1,0 +1,93 @@
+#include <gpsrecon/core/error.h>
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <new>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "cancellation.h"
+#include "commands.h"
+
+namespace gpsrecon::cli {
+namespace {
+
+struct Command {
+  std::string_view name;
+  std::string_view summary;
+  ExitCode (*run)(Arguments& arguments);
+};
+
+constexpr std::array<Command, 6> commands{{
+    {"mixture", "Reduces points to a Gaussian mixture.", run_mixture},
+    {"triangulate", "Connects the Gaussians of a mixture to a covariance mesh.", run_triangulate},
+    {"fit", "Moves a covariance mesh so that its surface runs through the points.", run_fit},
+    {"subdivide", "Refines a covariance mesh to a smooth mesh.", run_subdivide},
+    {"compare", "Measures how far a mesh and a reference (a mesh or points) are apart.", run_compare},
+    {"info", "Says what files hold.", run_info},
+}};
+
+std::string chain_summary() {
+  std::string text =
+      "Reconstructs a smooth surface from points without normals. Beside the mesh OUT it writes the covariance mesh it "
+      "comes from and a report. The same stage by stage, and more (gpsrecon COMMAND --help): ";
+  for (const Command& command : commands)
+    text += std::string(&command == commands.data() ? "" : ", ") + std::string(command.name);
+  return text + ".";
+}
+
+ExitCode fail(ExitCode code, std::string_view message) {
+  std::fprintf(stderr, "gpsrecon: error: %.*s\n", static_cast<int>(message.size()), message.data());
+  return code;
+}
+
+/// The one place where errors become messages and exit codes.
+template <class Run>
+ExitCode guarded(const std::string& command, const Run& run) {
+  try {
+    return run();
+  } catch (const Answered&) {
+    return ExitCode::done;
+  } catch (const OptionError& error) {
+    const std::string hint = " (see gpsrecon" + (command.empty() ? "" : " " + command) + " --help)";
+    return fail(ExitCode::usage, error.what() + hint);
+  } catch (const InputError& error) {
+    return fail(ExitCode::input, error.what());
+  } catch (const NoSurfaceError& error) {
+    return fail(ExitCode::no_surface, error.what());
+  } catch (const Cancelled&) {
+    std::fputs("gpsrecon: cancelled\n", stderr);
+    return ExitCode::cancelled;
+  } catch (const OutputError& error) {
+    return fail(ExitCode::output, error.what());
+  } catch (const std::bad_alloc&) {
+    return fail(ExitCode::other, "out of memory");
+  } catch (const std::exception& error) {
+    return fail(ExitCode::other, error.what());
+  }
+}
+
+/// The command is the first word after global options; anything else there is the input of the chain.
+ExitCode run(std::vector<std::string> words) {
+  const auto position = static_cast<std::ptrdiff_t>(Arguments::count_global_words(words));
+  const auto word = words.begin() + position;
+  const auto command = std::find_if(commands.begin(), commands.end(),
+                                    [&](const Command& c) { return word != words.end() && c.name == *word; });
+  if (command == commands.end()) {
+    Arguments arguments("", chain_summary(), std::move(words));
+    return guarded("", [&] { return run_chain(arguments); });
+  }
+  words.erase(word);
+  Arguments arguments(std::string(command->name), std::string(command->summary), std::move(words));
+  return guarded(std::string(command->name), [&] { return command->run(arguments); });
+}
+
+}  // namespace
+}  // namespace gpsrecon::cli
+
+int main(int argc, char** argv) {
+  using namespace gpsrecon::cli;
+  catch_signals();
+  return static_cast<int>(run({argv + 1, argv + argc}));
+}

@@ -1,0 +1,34 @@
+#include <gpsrecon/io/io.h>
+
+#include "bind_options.h"
+#include "commands.h"
+#include "inputs.h"
+#include "outputs.h"
+
+namespace gpsrecon::cli {
+
+ExitCode run_triangulate(Arguments& arguments) {
+  std::string in, out;
+  ReconstructOptions options;
+  PlyEncoding encoding = PlyEncoding::binary;
+  arguments.positional("MIXTURE", in, "mixture (ply; - is standard input)");
+  arguments.positional("OUT", out, "covariance mesh (ply; - is standard output)");
+  bind_triangulate(arguments, options);
+  bind_encoding(arguments, encoding);
+  const GlobalOptions globals = arguments.parse();
+  options.check();
+  Outputs outputs(globals, {in});
+  outputs.plan(out);
+  const Console console(globals);
+
+  const Mixture mixture = load_mixture(in);
+  const RunContext context = console.context();
+  ErrorReport report;
+  const CovMesh mesh = on_data_of(in, [&] { return triangulate_stage(mixture, options, context, report); });
+
+  outputs.stage(out, [&](const std::string& path) { write_covmesh(mesh, path, encoding); });
+  outputs.commit(context);
+  return ExitCode::done;
+}
+
+}  // namespace gpsrecon::cli

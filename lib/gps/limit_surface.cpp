@@ -1,0 +1,149 @@
+#include <gpsrecon/core/error.h>
+#include <gpsrecon/gps/dual.h>
+#include <gpsrecon/gps/limit_surface.h>
+#include <Eigen/Geometry>
+#include <cmath>
+#include <limits>
+
+namespace gpsrecon {
+namespace {
+
+/// Below this sine of the angle between the two tangents they are taken for parallel.
+constexpr double parallel_tangents = 1e-9;
+
+void check_size(std::size_t faces, int levels) {
+  // The longest index runs over the entries of the limit table: fewer than twelve per face.
+  if (std::ldexp(12.0 * static_cast<double>(faces), 2 * levels) >= std::numeric_limits<Index>::max())
+    throw OptionError("levels: " + std::to_string(levels) + " refinements of " + std::to_string(faces) +
+                      " faces are more than can be indexed");
+}
+
+/// How the Gaussians are normalised before they are mapped: the surface does not depend on a global factor on Σ, and
+/// Σ⁻¹μ keeps the more digits the closer the means are to the origin.
+struct Normalization {
+  Vec3 center = Vec3::Zero();
+  double scale = 1;  ///< of covariances
+
+  Gaussian apply(const Gaussian& g) const { return {g.mean - center, g.covariance * (1 / scale)}; }
+};
+
+Normalization normalization(const Mixture& control) {
+  if (control.empty()) return {};
+  Vec3 low = control.means.front(), high = low;
+  for (const Vec3& mean : control.means) {
+    low = low.cwiseMin(mean);
+    high = high.cwiseMax(mean);
+  }
+  std::vector<double> traces(control.size());
+  for (std::size_t i = 0; i < traces.size(); ++i) traces[i] = control.covariances[i].trace();
+  const auto median = traces.begin() + static_cast<std::ptrdiff_t>(traces.size() / 2);
+  std::nth_element(traces.begin(), median, traces.end());
+  return {0.5 * (low + high), *median};
+}
+
+std::vector<DualPoint> refine_dual(const Mixture& control, const Normalization& normal_form,
+                                   const std::vector<StencilTable>& steps, const RunContext& context) {
+  std::vector<DualPoint> dual(control.size());
+  parallel_for(control.size(), context,
+               [&](std::size_t i) { dual[i] = to_dual(normal_form.apply(control.component(i))); });
+  for (const StencilTable& step : steps) {
+    std::vector<DualPoint> refined(step.rows());
+    apply<DualPoint>(step, dual, refined, context);
+    dual.swap(refined);
+  }
+  return dual;
+}
+
+struct LimitPoint {
+  DualPoint position = DualPoint::Zero(), u = DualPoint::Zero(), v = DualPoint::Zero();
+};
+
+LimitPoint limit_point(const LimitTable& table, std::size_t r, const std::vector<DualPoint>& dual) {
+  const auto indices = table.row_indices(r);
+  const auto weights = table.row_weights(r);
+  LimitPoint p;
+  for (std::size_t j = 0; j < indices.size(); ++j) {
+    const DualPoint& q = dual[indices[j]];
+    p.position += weights[j].position * q;
+    p.u += weights[j].u * q;
+    p.v += weights[j].v * q;
+  }
+  return p;
+}
+
+/// Zero where the tangents do not span a plane.
+Vec3 unit_normal(const Vec3& u, const Vec3& v) {
+  const Vec3 n = u.cross(v);
+  const double length = n.norm();
+  return length > parallel_tangents * u.norm() * v.norm() ? Vec3(n / length) : Vec3::Zero();
+}
+
+/// Normals of the vertices `missing` from the faces around them.
+void normals_from_faces(const FaceList& faces, const std::vector<Vec3>& positions, const std::vector<Index>& missing,
+                        std::vector<Vec3>& normals) {
+  std::vector<bool> wanted(positions.size(), false);
+  for (const Index v : missing) wanted[v] = true;
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    const auto face = faces[f];
+    if (!wanted[face[0]] && !wanted[face[1]] && !wanted[face[2]]) continue;
+    const Vec3 area = (positions[face[1]] - positions[face[0]]).cross(positions[face[2]] - positions[face[0]]);
+    for (const Index v : face)
+      if (wanted[v]) normals[v] += area;
+  }
+  for (const Index v : missing) normals[v].stableNormalize();
+}
+
+}  // namespace
+
+LimitSurface::LimitSurface(const FaceList& faces, std::size_t control_count, int levels, LoopWeights weights,
+                           CornerRule corners, const RunContext& context)
+    : control_count_(control_count) {
+  if (levels < 0) throw OptionError("levels: " + std::to_string(levels) + " is negative");
+  check_size(faces.size(), levels);
+  TriangleConnectivity topology = triangle_connectivity(faces, control_count);
+  for (int level = 0; level < levels; ++level) {
+    steps_.push_back(loop_stencils(topology, weights, corners, context));
+    topology = refine(topology, context);
+  }
+  limit_ = limit_table(topology, weights, corners, context);
+  faces_ = take_faces(std::move(topology));
+}
+
+SurfaceSamples LimitSurface::evaluate(const Mixture& control, bool limit, const RunContext& context) const {
+  if (control.size() != control_count_)
+    throw InvariantError("limit surface: " + std::to_string(control.size()) + " Gaussians for " +
+                         std::to_string(control_count_) + " control vertices");
+  const Normalization normal_form = normalization(control);
+  const std::vector<DualPoint> dual = refine_dual(control, normal_form, steps_, context);
+  const double kernel_variance = control.sigma0 * control.sigma0;
+  const auto sigma = [&](const DualMap& map, const Vec3& n) {
+    return std::sqrt(std::max(0.0, normal_form.scale * map.variance_along(n) - kernel_variance));
+  };
+
+  SurfaceSamples samples;
+  samples.positions.resize(sample_count());
+  samples.normals.resize(sample_count());
+  samples.sigma.resize(sample_count());
+  parallel_for(sample_count(), context, [&](std::size_t i) {
+    const LimitPoint q = limit_point(limit_, i, dual);
+    const DualMap limit_map(q.position);
+    const DualMap map = limit ? limit_map : DualMap(dual[i]);
+    samples.positions[i] = map.mean() + normal_form.center;
+    samples.normals[i] = unit_normal(limit_map.tangent(q.u), limit_map.tangent(q.v));
+    samples.sigma[i] = sigma(map, samples.normals[i]);
+  });
+
+  std::vector<Index> missing;
+  for (std::size_t i = 0; i < sample_count(); ++i)
+    if (samples.normals[i].isZero(0)) missing.push_back(static_cast<Index>(i));
+  if (missing.empty()) return samples;
+  normals_from_faces(faces_, samples.positions, missing, samples.normals);
+  for (const Index i : missing) {
+    const DualMap map(limit ? limit_point(limit_, i, dual).position : dual[i]);
+    if (samples.normals[i].isZero(0)) samples.normals[i] = eigen_decomposition(map.covariance()).vectors.col(0);
+    samples.sigma[i] = sigma(map, samples.normals[i]);
+  }
+  return samples;
+}
+
+}  // namespace gpsrecon

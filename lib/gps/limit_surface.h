@@ -1,0 +1,80 @@
+#pragma once
+
+#include <gpsrecon/core/mesh.h>
+#include <gpsrecon/gps/limit.h>
+
+namespace gpsrecon {
+
+/// One entry per sample of a LimitSurface.
+struct SurfaceSamples {
+  std::vector<Vec3> positions;
+  std::vector<Vec3> normals;  ///< unit, on the side from which faces run counter-clockwise
+  std::vector<double> sigma;  ///< sqrt(max(0, nᵀΣn - σ0²)), in units of `positions`
+};
+
+/// Everything about a Gaussian-product Loop surface that depends on connectivity alone: the faces of a refinement
+/// level, the stencils of every step down to it and the limit masks there. Built once, it evaluates the surface for any
+/// Gaussians at the control vertices, and carries data between control vertices and samples. A sample is a vertex of
+/// the refined faces; sample i < control_count() belongs to control vertex i. Memory: about 100 bytes per sample, faces
+/// included.
+class LimitSurface {
+ public:
+  /// `faces` as for triangle_connectivity; levels >= 0. Throws InvariantError for faces that are not triangular,
+  /// manifold and consistently oriented; OptionError if the level has more faces than indices can count.
+  LimitSurface(const FaceList& faces, std::size_t control_count, int levels, LoopWeights weights = LoopWeights::loop,
+               CornerRule corners = CornerRule::smooth, const RunContext& context = {});
+
+  std::size_t control_count() const { return control_count_; }
+  std::size_t sample_count() const { return limit_.rows(); }
+  const FaceList& faces() const& { return faces_; }
+  FaceList faces() && { return std::move(faces_); }
+
+  /// The surface of the Gaussians `control` (a valid mixture of control_count() components). With limit = false the
+  /// positions and deviations are those of the refined vertices themselves instead of their limits.
+  /// Where the tangents do not span a plane the normal is that of the surrounding refined faces, or, failing that, the
+  /// thin axis of the Gaussian (of either sign). O(sample_count()).
+  SurfaceSamples evaluate(const Mixture& control, bool limit = true, const RunContext& context = {}) const;
+
+  /// The weights α of the limit positions, applied to one value (number or fixed-size Eigen vector) per control vertex:
+  /// Σ_i α_i(u) values[i] at every sample u. Where all covariances are equal these are the limit positions of the
+  /// means.
+  template <class T>
+  std::vector<T> to_samples(std::span<const T> values, const RunContext& context = {}) const;
+
+  /// The transpose of to_samples: Σ_u α_i(u) values[u] at every control vertex i. The order of summation is fixed.
+  template <class T>
+  std::vector<T> to_control(std::span<const T> values) const;
+
+ private:
+  std::size_t control_count_;
+  FaceList faces_;
+  std::vector<StencilTable> steps_;
+  LimitTable limit_;
+};
+
+template <class T>
+std::vector<T> LimitSurface::to_samples(std::span<const T> values, const RunContext& context) const {
+  std::vector<T> current(values.begin(), values.end());
+  for (const StencilTable& step : steps_) {
+    std::vector<T> refined(step.rows());
+    apply<T>(step, current, refined, context);
+    current.swap(refined);
+  }
+  std::vector<T> samples(limit_.rows());
+  apply<T>(limit_, current, samples, context, &LimitWeight::position);
+  return samples;
+}
+
+template <class T>
+std::vector<T> LimitSurface::to_control(std::span<const T> values) const {
+  std::vector<T> current(limit_.columns);
+  apply_transposed<T>(limit_, values, current, &LimitWeight::position);
+  for (auto step = steps_.rbegin(); step != steps_.rend(); ++step) {
+    std::vector<T> coarse(step->columns);
+    apply_transposed<T>(*step, current, coarse);
+    current.swap(coarse);
+  }
+  return current;
+}
+
+}  // namespace gpsrecon

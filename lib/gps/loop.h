@@ -1,0 +1,43 @@
+#pragma once
+
+#include <gpsrecon/gps/stencils.h>
+#include <gpsrecon/gps/subdivide.h>
+#include <gpsrecon/gps/triangle_connectivity.h>
+
+namespace gpsrecon {
+
+/// One refinement step of any scheme: the new faces, and the new vertices as combinations of the old ones.
+struct Refinement {
+  FaceList faces;
+  StencilTable stencils;
+};
+
+/// Weight β of each of the n neighbours of an interior vertex; the vertex itself keeps 1 - nβ. Precondition: n >= 1.
+double loop_beta(LoopWeights weights, Index n);
+
+/// Which rule a vertex follows, at every level alike.
+enum class LoopRule {
+  unused,    ///< no face uses it: kept
+  corner,    ///< sharp corner: kept
+  boundary,  ///< on the boundary curve
+  interior,
+};
+inline LoopRule loop_rule(const TriangleConnectivity& connectivity, Index v, CornerRule corners) {
+  if (connectivity.unused(v)) return LoopRule::unused;
+  if (!connectivity.on_boundary(v)) return LoopRule::interior;
+  return corners == CornerRule::sharp && connectivity.face_count[v] == 1 ? LoopRule::corner : LoopRule::boundary;
+}
+
+/// Stencils of one Loop step, rows numbered as the vertices of refine(connectivity): old vertices first, then one
+/// vertex per edge. Interior: 1 - nβ and β; 3/8, 3/8, 1/8, 1/8 on edges (Loop 1987). Boundary: the cubic B-spline
+/// curve, 3/4, 1/8, 1/8 and 1/2, 1/2; with CornerRule::sharp, vertices of a single face are kept. Vertices without
+/// faces are kept. All weights are positive and sum to one. O(n).
+StencilTable loop_stencils(const TriangleConnectivity& connectivity, LoopWeights weights, CornerRule corners,
+                           const RunContext& context = {});
+
+/// One Loop step on a face list. Throws InvariantError as triangle_connectivity. O(c log c) in the number of corners;
+/// chains of steps are faster on TriangleConnectivity.
+Refinement loop_refine(const FaceList& faces, std::size_t vertex_count, LoopWeights weights = LoopWeights::loop,
+                       CornerRule corners = CornerRule::smooth, const RunContext& context = {});
+
+}  // namespace gpsrecon

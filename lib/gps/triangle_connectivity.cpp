@@ -1,0 +1,122 @@
+#include <gpsrecon/core/error.h>
+#include <gpsrecon/core/mesh_topology.h>
+#include <gpsrecon/core/parallel.h>
+#include <gpsrecon/gps/triangle_connectivity.h>
+
+namespace gpsrecon {
+namespace {
+
+using Topo = TriangleConnectivity;
+
+void check_manifold(const FaceList& faces, const HalfEdges& half_edges, std::size_t vertex_count) {
+  if (half_edges.nonmanifold_edges > 0 || half_edges.inconsistent_edges > 0)
+    throw InvariantError("subdivision: " + std::to_string(half_edges.nonmanifold_edges) + " non-manifold edges, " +
+                         std::to_string(half_edges.inconsistent_edges) + " inconsistently oriented edges");
+  const std::vector<Index> fans = vertex_fans(faces, half_edges, vertex_count);
+  for (std::size_t v = 0; v < vertex_count; ++v)
+    if (fans[v] > 1) throw InvariantError("subdivision: vertex " + std::to_string(v) + " is not manifold");
+}
+
+/// Half-edges of the child along half-edge h of the parent: the first half leaves the source of h in the corner
+/// triangle there, the second half reaches its target in the corner triangle of that.
+Index first_half(Index h) {
+  return 12 * (h / 3) + 3 * (h % 3);
+}
+Index second_half(Index h) {
+  return first_half(Topo::next(h)) + 2;
+}
+
+}  // namespace
+
+TriangleConnectivity triangle_connectivity(const FaceList& faces, std::size_t vertex_count) {
+  if (!faces.is_triangular()) throw InvariantError("subdivision: a face is not a triangle");
+  for (const Index v : faces.corners)
+    if (v >= vertex_count) throw InvariantError("subdivision: vertex index " + std::to_string(v) + " is out of range");
+  HalfEdges half_edges = gpsrecon::half_edges(faces, vertex_count);
+  check_manifold(faces, half_edges, vertex_count);
+
+  Topo c;
+  c.vertex_count = vertex_count;
+  c.corners = faces.corners;
+  c.opposite = std::move(half_edges.opposite);
+  c.edge.resize(c.corners.size());
+  c.edge_start.reserve(half_edges.edges);
+  c.vertex_start.assign(vertex_count, no_index);
+  c.face_count.assign(vertex_count, 0);
+  for (Index h = 0; h < c.corners.size(); ++h) {
+    if (c.opposite[h] != no_index && c.opposite[h] < h) {
+      c.edge[h] = c.edge[c.opposite[h]];
+    } else {
+      c.edge[h] = static_cast<Index>(c.edge_start.size());
+      c.edge_start.push_back(h);
+    }
+    const Index v = c.corners[h];
+    if (c.vertex_start[v] == no_index || c.opposite[h] == no_index) c.vertex_start[v] = h;
+    ++c.face_count[v];
+  }
+  return c;
+}
+
+TriangleConnectivity refine(const TriangleConnectivity& parent, const RunContext& context) {
+  const std::size_t vertices = parent.vertex_count, edges = parent.edge_count(), faces = parent.corners.size() / 3;
+  Topo child;
+  child.vertex_count = vertices + edges;
+  child.corners.resize(12 * faces);
+  child.opposite.resize(12 * faces);
+  child.edge.resize(12 * faces);
+  child.edge_start.resize(2 * edges + 3 * faces);
+  child.vertex_start.resize(child.vertex_count);
+  child.face_count.resize(child.vertex_count);
+
+  const auto set_edge = [&child](std::size_t e, Index h) {
+    child.edge_start[e] = h;
+    child.edge[h] = static_cast<Index>(e);
+    if (child.opposite[h] != no_index) child.edge[child.opposite[h]] = static_cast<Index>(e);
+  };
+  parallel_for(faces, context, [&](std::size_t f) {
+    const auto base = static_cast<Index>(12 * f);
+    for (Index j = 0; j < 3; ++j) {
+      const auto h = static_cast<Index>(3 * f + j);
+      const Index arriving = Topo::previous(h), opposite = parent.opposite[h];
+      const auto after = static_cast<Index>(vertices + parent.edge[h]);
+      const auto before = static_cast<Index>(vertices + parent.edge[arriving]);
+      // Corner triangle (vertex, after, before); its middle half-edge faces `before -> after` of the inner triangle.
+      const Index corner = base + 3 * j, inner = base + 9 + (j + 2) % 3;
+      child.corners[corner] = parent.corners[h];
+      child.corners[corner + 1] = after;
+      child.corners[corner + 2] = before;
+      child.corners[base + 9 + j] = after;
+      child.opposite[corner + 1] = inner;
+      child.opposite[inner] = corner + 1;
+      child.opposite[first_half(h)] = opposite == no_index ? no_index : second_half(opposite);
+      child.opposite[second_half(h)] = opposite == no_index ? no_index : first_half(opposite);
+    }
+  });
+  parallel_for(edges, context, [&](std::size_t e) {
+    const Index h = parent.edge_start[e];
+    set_edge(2 * e, first_half(h));
+    set_edge(2 * e + 1, second_half(h));
+    // The edge's own vertex leaves along the second half, which lies on the boundary if the edge does.
+    child.vertex_start[vertices + e] = second_half(h);
+    child.face_count[vertices + e] = parent.opposite[h] == no_index ? 3 : 6;
+  });
+  parallel_for(faces, context, [&](std::size_t f) {
+    for (std::size_t j = 0; j < 3; ++j) set_edge(2 * edges + 3 * f + j, static_cast<Index>(12 * f + 9 + j));
+  });
+  parallel_for(vertices, context, [&](std::size_t v) {
+    const Index h = parent.vertex_start[v];
+    child.vertex_start[v] = h == no_index ? no_index : first_half(h);
+    child.face_count[v] = parent.face_count[v];
+  });
+  return child;
+}
+
+FaceList take_faces(TriangleConnectivity&& connectivity) {
+  FaceList faces;
+  faces.corners = std::move(connectivity.corners);
+  faces.offsets.resize(faces.corners.size() / 3 + 1);
+  for (std::size_t f = 0; f < faces.offsets.size(); ++f) faces.offsets[f] = static_cast<std::uint32_t>(3 * f);
+  return faces;
+}
+
+}  // namespace gpsrecon

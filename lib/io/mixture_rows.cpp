@@ -1,0 +1,67 @@
+#include "mixture_rows.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gpsrecon::io {
+namespace {
+
+// Columns of zeros stand for normals that were never computed.
+bool has_normals(const MixtureRows& rows) {
+  for (std::size_t s = 0; s < rows.size(); ++s)
+    if (!Vec3::Map(rows.values.data() + s * rows.row_size + row_size_without_normals).isZero(0)) return true;
+  return false;
+}
+
+}  // namespace
+
+MixtureRows to_rows(const Mixture& mixture) {
+  const bool with_normals = !mixture.normals.empty();
+  MixtureRows rows{with_normals ? row_size_with_normals : row_size_without_normals, {}};
+  rows.values.resize(rows.row_size * mixture.size());
+  // Scaling by a power of two is exact, so covariances come back bit for bit.
+  const double area = std::ldexp(1.0, 2 * mixture.frame.exponent);
+  double* row = rows.values.data();
+  for (std::size_t s = 0; s < mixture.size(); ++s, row += rows.row_size) {
+    const Vec3 mean = mixture.frame.to_world(mixture.means[s]);
+    const Sym3 cov = mixture.covariances[s] * area;
+    const double numbers[] = {mean.x(), mean.y(), mean.z(), cov.xx, cov.xy,
+                              cov.xz,   cov.yy,   cov.yz,   cov.zz, mixture.weights[s]};
+    std::copy(std::begin(numbers), std::end(numbers), row);
+    // A wrapped normal in three numbers: the axis, as long as its angular variance plus one.
+    if (with_normals)
+      Vec3::Map(row + row_size_without_normals) = (mixture.normal_variances[s] + 1) * mixture.normals[s];
+  }
+  return rows;
+}
+
+Mixture from_rows(const MixtureRows& rows, const Frame& frame, double world_sigma0) {
+  Mixture mixture;
+  mixture.frame = frame;
+  mixture.sigma0 = std::ldexp(world_sigma0, -frame.exponent);
+  const std::size_t n = rows.size();
+  mixture.means.resize(n);
+  mixture.covariances.resize(n);
+  mixture.weights.resize(n);
+  const bool with_normals = rows.row_size == row_size_with_normals && has_normals(rows);
+  if (with_normals) {
+    mixture.normals.resize(n);
+    mixture.normal_variances.resize(n);
+  }
+  const double area = std::ldexp(1.0, -2 * frame.exponent);
+  const double* row = rows.values.data();
+  for (std::size_t s = 0; s < n; ++s, row += rows.row_size) {
+    mixture.means[s] = frame.to_local({row[0], row[1], row[2]});
+    mixture.covariances[s] = Sym3{row[3], row[4], row[5], row[6], row[7], row[8]} * area;
+    mixture.weights[s] = row[9];
+    if (with_normals) {
+      const Vec3 scaled = Vec3::Map(row + row_size_without_normals);
+      const double length = scaled.norm();
+      mixture.normals[s] = scaled / length;
+      mixture.normal_variances[s] = std::max(0.0, length - 1);
+    }
+  }
+  return mixture;
+}
+
+}  // namespace gpsrecon::io

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <gpsrecon/core/mixture.h>
+#include <vector>
+
+// Internal to lib/io: the rows in which files hold a mixture, in world coordinates:
+// x y z covxx covxy covxz covyy covyz covzz weight [nvx nvy nvz].
+
+namespace gpsrecon::io {
+
+inline constexpr const char* mixture_columns[] = {"x",     "y",     "z",      "covxx", "covxy", "covxz", "covyy",
+                                                  "covyz", "covzz", "weight", "nvx",   "nvy",   "nvz"};
+inline constexpr std::size_t row_size_without_normals = 10;
+inline constexpr std::size_t row_size_with_normals = 13;
+
+struct MixtureRows {
+  std::size_t row_size = row_size_without_normals;
+  std::vector<double> values;  ///< row_size numbers per component
+
+  std::size_t size() const { return values.size() / row_size; }
+};
+
+MixtureRows to_rows(const Mixture& mixture);
+
+/// The mixture in the given frame; sigma0 in units of the world.
+Mixture from_rows(const MixtureRows& rows, const Frame& frame, double world_sigma0);
+
+}  // namespace gpsrecon::io

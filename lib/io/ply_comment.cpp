@@ -1,0 +1,55 @@
+#include "ply_comment.h"
+
+#include <charconv>
+#include <cmath>
+
+#include "text.h"
+
+namespace gpsrecon::io {
+namespace {
+
+// Shortest text that reads back as the same double.
+std::string exact(double value) {
+  char buffer[32];
+  return {buffer, std::to_chars(buffer, buffer + sizeof(buffer), value).ptr};
+}
+
+}  // namespace
+
+std::string version_comment() {
+  return "gpsrecon " GPSRECON_VERSION;
+}
+
+std::string frame_comment(const FrameComment& comment) {
+  const Vec3& origin = comment.frame.origin;
+  return version_comment() + " frame " + exact(origin.x()) + " " + exact(origin.y()) + " " + exact(origin.z()) + " " +
+         std::to_string(comment.frame.exponent) + " sigma0 " + exact(comment.sigma0);
+}
+
+FrameComment find_frame_comment(const InputFile& file, const PlyHeader& header) {
+  for (const std::string& comment : header.comments) {
+    FieldReader fields(comment);
+    std::string_view word;
+    if (!fields.next(word) || word != "gpsrecon" || !fields.next(word) || !fields.next(word) || word != "frame")
+      continue;
+    FrameComment found;
+    const auto number = [&fields](double& value) {
+      std::string_view field;
+      return fields.next(field) && parse_number(field, value) && std::isfinite(value);
+    };
+    double exponent;
+    constexpr int largest_exponent = 500;  // its square still scales covariances without overflow
+    const bool valid = number(found.frame.origin.x()) && number(found.frame.origin.y()) &&
+                       number(found.frame.origin.z()) && number(exponent) && std::trunc(exponent) == exponent &&
+                       std::abs(exponent) <= largest_exponent && fields.next(word) && word == "sigma0" &&
+                       number(found.sigma0) && found.sigma0 >= 0;
+    if (!valid)
+      file.fail("expected the comment 'gpsrecon VERSION frame X Y Z EXPONENT sigma0 S' in the header, found " +
+                quote(comment));
+    found.frame.exponent = static_cast<int>(exponent);
+    return found;
+  }
+  return {};
+}
+
+}  // namespace gpsrecon::io

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <gpsrecon/core/frame.h>
+#include <string>
+
+#include "ply_header.h"
+
+// Internal to lib/io: the comment by which files of this program carry what has no column,
+// "gpsrecon <version> frame <ox> <oy> <oz> <exponent> sigma0 <s>", sigma0 in world units, 0 if unknown.
+
+namespace gpsrecon::io {
+
+struct FrameComment {
+  Frame frame;
+  double sigma0 = 0;  ///< in units of the world
+};
+
+/// "gpsrecon <version>", which points and meshes carry too.
+std::string version_comment();
+
+/// The numbers are written so that they are read back bit for bit.
+std::string frame_comment(const FrameComment& comment);
+
+/// The first comment of the header that carries a frame; the identity if there is none. Throws InputError if it is
+/// malformed.
+FrameComment find_frame_comment(const InputFile& file, const PlyHeader& header);
+
+}  // namespace gpsrecon::io

@@ -1,0 +1,248 @@
+// PLY files of points, mixtures, covariance meshes and meshes.
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+
+#include "formats.h"
+#include "mixture_rows.h"
+#include "output_file.h"
+#include "ply_comment.h"
+
+namespace gpsrecon::io {
+namespace {
+
+using NameTriple = std::array<const char*, 3>;
+
+// One property of the vertices: row i is real[i * stride] or byte[i * stride].
+struct Column {
+  std::string name;
+  PlyType type;
+  std::size_t stride = 1;
+  const double* real = nullptr;
+  const std::uint8_t* byte = nullptr;
+};
+
+// Collects a row or two before they go to the file.
+class Buffer {
+ public:
+  explicit Buffer(OutputFile& file) : file_(file) { text_.reserve(capacity + 4096); }
+
+  template <class T>
+  void add_binary(T value) {
+    char bytes[sizeof(T)];
+    std::memcpy(bytes, &value, sizeof(T));
+    if constexpr (std::endian::native == std::endian::big) std::reverse(bytes, bytes + sizeof(T));
+    text_.append(bytes, sizeof(T));
+  }
+  // The shortest text that reads back as the same number.
+  template <class T>
+  void add_text(T value, char separator) {
+    char digits[40];
+    char* const end = std::to_chars(digits, digits + sizeof(digits), value).ptr;
+    *end = separator;
+    text_.append(digits, end + 1);
+  }
+  void end_row() {
+    if (text_.size() >= capacity) flush();
+  }
+  void flush() {
+    file_.write(text_);
+    text_.clear();
+  }
+
+ private:
+  static constexpr std::size_t capacity = 1 << 16;
+  OutputFile& file_;
+  std::string text_;
+};
+
+std::string header_of(PlyEncoding encoding, const std::string& comment, std::size_t vertices,
+                      const std::vector<Column>& columns, const FaceList* faces, PlyType length_type) {
+  std::string header = "ply\nformat ";
+  header += encoding == PlyEncoding::ascii ? "ascii" : "binary_little_endian";
+  header += " 1.0\ncomment " + comment + "\nelement vertex " + std::to_string(vertices) + "\n";
+  for (const Column& column : columns)
+    header += std::string("property ") + name_of(column.type) + " " + column.name + "\n";
+  if (faces != nullptr)
+    header += "element face " + std::to_string(faces->size()) + "\nproperty list " + name_of(length_type) +
+              " int vertex_indices\n";
+  return header + "end_header\n";
+}
+
+void write_vertices(Buffer& buffer, PlyEncoding encoding, std::size_t count, const std::vector<Column>& columns) {
+  for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t c = 0; c < columns.size(); ++c) {
+      const Column& column = columns[c];
+      const char separator = c + 1 < columns.size() ? ' ' : '\n';
+      const auto add = [&](auto value) {
+        if (encoding == PlyEncoding::ascii)
+          buffer.add_text(value, separator);
+        else
+          buffer.add_binary(value);
+      };
+      if (column.byte != nullptr)
+        add(column.byte[i * column.stride]);
+      else if (column.type == PlyType::float32)
+        add(static_cast<float>(column.real[i * column.stride]));
+      else
+        add(column.real[i * column.stride]);
+    }
+    buffer.end_row();
+  }
+}
+
+void write_faces(Buffer& buffer, PlyEncoding encoding, const FaceList& faces, PlyType length_type) {
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    const std::span<const Index> face = faces[f];
+    if (encoding == PlyEncoding::ascii) {
+      buffer.add_text(face.size(), face.empty() ? '\n' : ' ');
+      for (std::size_t k = 0; k < face.size(); ++k) buffer.add_text(face[k], k + 1 < face.size() ? ' ' : '\n');
+    } else {
+      if (length_type == PlyType::uint8)
+        buffer.add_binary(static_cast<std::uint8_t>(face.size()));
+      else
+        buffer.add_binary(static_cast<std::uint32_t>(face.size()));
+      for (const Index corner : face) buffer.add_binary(corner);
+    }
+    buffer.end_row();
+  }
+}
+
+PlyType length_type_of(const FaceList& faces) {
+  for (std::size_t f = 0; f < faces.size(); ++f)
+    if (faces[f].size() > 255) return PlyType::uint32;
+  return PlyType::uint8;
+}
+
+void write_file(const std::string& path, PlyEncoding encoding, const std::string& comment, std::size_t vertices,
+                const std::vector<Column>& columns, const FaceList* faces) {
+  const PlyType length_type = faces != nullptr ? length_type_of(*faces) : PlyType::uint8;
+  OutputFile file(path);
+  file.write(header_of(encoding, comment, vertices, columns, faces, length_type));
+  Buffer buffer(file);
+  write_vertices(buffer, encoding, vertices, columns);
+  if (faces != nullptr) write_faces(buffer, encoding, *faces, length_type);
+  buffer.flush();
+  file.commit();
+}
+
+std::vector<Vec3> to_world(const std::vector<Vec3>& local, const Frame& frame) {
+  std::vector<Vec3> world(local);
+  if (!frame.is_identity())
+    for (Vec3& p : world) p = frame.to_world(p);
+  return world;
+}
+
+bool survives_float(double value) {
+  return static_cast<float>(value) == value || std::isnan(value);
+}
+
+// float where that loses nothing
+PlyType lossless_type(const std::vector<double>& values) {
+  return std::all_of(values.begin(), values.end(), survives_float) ? PlyType::float32 : PlyType::float64;
+}
+PlyType lossless_type(const std::vector<Vec3>& values) {
+  const auto survives = [](const Vec3& v) {
+    return survives_float(v[0]) && survives_float(v[1]) && survives_float(v[2]);
+  };
+  return std::all_of(values.begin(), values.end(), survives) ? PlyType::float32 : PlyType::float64;
+}
+
+// float where that moves no vertex by more than 1e-6 of the diagonal of the bounding box
+PlyType position_type(const std::vector<Vec3>& positions) {
+  const double tolerance = 1e-6 * bounding_box_diagonal(positions);
+  for (const Vec3& p : positions)
+    if (!((p.cast<float>().cast<double>() - p).norm() <= tolerance)) return PlyType::float64;
+  return PlyType::float32;
+}
+
+void add_vectors(std::vector<Column>& columns, const NameTriple& names, PlyType type, const std::vector<Vec3>& values) {
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    columns.push_back({.name = names[axis],
+                       .type = type,
+                       .stride = 3,
+                       .real = values.empty() ? nullptr : values.front().data() + axis});
+}
+
+void add_colors(std::vector<Column>& columns, const std::vector<Color>& colors) {
+  const NameTriple names{"red", "green", "blue"};
+  for (std::size_t channel = 0; channel < 3 && !colors.empty(); ++channel)
+    columns.push_back(
+        {.name = names[channel], .type = PlyType::uint8, .stride = 3, .byte = colors.front().data() + channel});
+}
+
+// A name that the header can hold and that no other column has.
+std::string property_name(const std::string& wanted, const std::vector<Column>& columns) {
+  std::string name = wanted.empty() ? "scalar" : wanted;
+  for (char& c : name)
+    if (static_cast<unsigned char>(c) <= ' ' || c == '\x7f') c = '_';
+  const auto taken = [&columns](const std::string& candidate) {
+    return std::any_of(columns.begin(), columns.end(), [&](const Column& column) { return column.name == candidate; });
+  };
+  while (taken(name)) name += '_';
+  return name;
+}
+
+std::vector<Column> gaussian_columns(const MixtureRows& rows) {
+  std::vector<Column> columns;
+  for (std::size_t c = 0; c < rows.row_size; ++c)
+    columns.push_back({.name = mixture_columns[c],
+                       .type = PlyType::float64,
+                       .stride = rows.row_size,
+                       .real = rows.values.data() + c});
+  return columns;
+}
+
+void write_gaussians(const Mixture& mixture, const FaceList* faces, const std::string& path, PlyEncoding encoding) {
+  const MixtureRows rows = to_rows(mixture);
+  const double world_sigma0 = std::ldexp(mixture.sigma0, mixture.frame.exponent);
+  write_file(path, encoding, frame_comment({mixture.frame, world_sigma0}), mixture.size(), gaussian_columns(rows),
+             faces);
+}
+
+}  // namespace
+
+void write_ply(const PointCloud& cloud, const std::string& path, PlyEncoding encoding) {
+  const std::vector<Vec3> positions = to_world(cloud.positions, cloud.frame);
+  const std::vector<Vec3> sensors = to_world(cloud.sensors, cloud.frame);
+  std::vector<Column> columns;
+  add_vectors(columns, {"x", "y", "z"}, lossless_type(positions), positions);
+  if (!cloud.normals.empty()) add_vectors(columns, {"nx", "ny", "nz"}, lossless_type(cloud.normals), cloud.normals);
+  add_colors(columns, cloud.colors);
+  if (!sensors.empty()) add_vectors(columns, {"sx", "sy", "sz"}, lossless_type(sensors), sensors);
+  for (const ScalarColumn& scalar : cloud.scalars)
+    columns.push_back({.name = property_name(scalar.name, columns),
+                       .type = lossless_type(scalar.values),
+                       .real = scalar.values.data()});
+  write_file(path, encoding, version_comment(), cloud.size(), columns, nullptr);
+}
+
+void write_ply(const Mixture& mixture, const std::string& path, PlyEncoding encoding) {
+  write_gaussians(mixture, nullptr, path, encoding);
+}
+
+void write_ply(const CovMesh& mesh, const std::string& path, PlyEncoding encoding) {
+  write_gaussians(mesh.vertices, &mesh.faces, path, encoding);
+}
+
+void write_ply(const Mesh& mesh, const std::string& path, PlyEncoding encoding) {
+  const std::vector<Vec3> positions = to_world(mesh.positions, mesh.frame);
+  std::vector<double> sigma = mesh.sigma;
+  for (double& s : sigma) s *= mesh.frame.scale();
+  const PlyType type = position_type(positions);
+  std::vector<Column> columns;
+  add_vectors(columns, {"x", "y", "z"}, type, positions);
+  if (!mesh.normals.empty()) add_vectors(columns, {"nx", "ny", "nz"}, PlyType::float32, mesh.normals);
+  add_colors(columns, mesh.colors);
+  if (!sigma.empty()) columns.push_back({.name = "sigma", .type = type, .real = sigma.data()});
+  for (const ScalarColumn& scalar : mesh.scalars)
+    columns.push_back(
+        {.name = property_name(scalar.name, columns), .type = PlyType::float32, .real = scalar.values.data()});
+  write_file(path, encoding, version_comment(), positions.size(), columns, &mesh.faces);
+}
+
+}  // namespace gpsrecon::io

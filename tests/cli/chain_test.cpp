@@ -1,0 +1,376 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <nlohmann/json.hpp>
+
+#include "../support/json_schema.h"
+#include "clouds.h"
+#include "process.h"
+
+namespace gpsrecon::test {
+namespace {
+
+using nlohmann::json;
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+using testing::StartsWith;
+
+using Words = std::vector<std::string>;
+
+Words operator+(Words a, const Words& b) {
+  a.insert(a.end(), b.begin(), b.end());
+  return a;
+}
+
+/// A folder with the cloud "in.ply" and what programs run in it write.
+class ChainTest : public testing::Test {
+ protected:
+  void SetUp() override { write_file(folder / "in.ply", ply_of(noisy_sphere(5000, 0.005))); }
+
+  ProcessResult run_here(const Words& words, ProcessOptions options = {}) const {
+    options.folder = folder.path().string();
+    return run(words, options);
+  }
+  /// Runs a line that must succeed.
+  ProcessResult do_here(const Words& words, const ProcessOptions& options = {}) const {
+    ProcessResult result = run_here(words, options);
+    EXPECT_EQ(result.exit_code, 0) << testing::PrintToString(words) << "\n" << result.err;
+    return result;
+  }
+  std::string bytes(const std::string& name) const { return read_file(folder / name); }
+  json info(const std::string& name) const { return json::parse(do_here({"info", "--json", name}).out).at(0); }
+  json report(const std::string& name) const { return json::parse(bytes(name)); }
+
+  TemporaryFolder folder;
+};
+
+TEST_F(ChainTest, writes_mesh_covmesh_and_report) {
+  const ProcessResult result = do_here({"in.ply", "out.ply"});
+  EXPECT_THAT(folder.list(), ElementsAre("in.ply", "out.covmesh.ply", "out.ply", "out.report.json"));
+  EXPECT_THAT(result.out, IsEmpty());
+  const json mesh = info("out.ply"), covmesh = info("out.covmesh.ply");
+  EXPECT_EQ(mesh.at("kind"), "mesh");
+  EXPECT_EQ(covmesh.at("kind"), "covmesh");
+  EXPECT_EQ(mesh.at("attributes"), json({"normals", "sigma"}));
+  for (const json& m : {mesh, covmesh}) {
+    EXPECT_EQ(m.at("topology").at("euler"), 2);
+    EXPECT_EQ(m.at("topology").at("components"), 1);
+    EXPECT_EQ(m.at("topology").at("boundary_loops"), 0);
+    EXPECT_TRUE(m.at("topology").at("manifold").get<bool>());
+    // The diagonal of the box around the unit sphere.
+    EXPECT_NEAR(m.at("diagonal").get<double>(), 2 * std::sqrt(3.0), 0.1);
+  }
+  EXPECT_EQ(covmesh.at("weight"), 5000);
+}
+
+TEST_F(ChainTest, report_follows_its_schema_and_names_the_input) {
+  do_here({"in.ply", "out.ply", "--seed", "7"});
+  const json r = report("out.report.json");
+  const json schema = json::parse(read_file(GPSRECON_SOURCE_DIR "/docs/report.schema.json"));
+  EXPECT_THAT(schema_errors(schema, r), IsEmpty());
+  EXPECT_EQ(r.at("schema"), "gpsrecon.report/1");
+  EXPECT_EQ(r.at("input").at("file"), "in.ply");
+  EXPECT_EQ(r.at("input").at("format"), "ply");
+  EXPECT_EQ(r.at("input").at("hash").get<std::string>().size(), 16u);
+  EXPECT_EQ(r.at("input").at("points"), 5000);
+  EXPECT_EQ(r.at("seed"), 7);
+  EXPECT_EQ(r.at("mesh").at("topology").at("nonmanifold_edges"), 0);
+  EXPECT_FALSE(r.at("options").empty());
+  EXPECT_FALSE(r.at("run").at("stages").empty());
+}
+
+TEST_F(ChainTest, a_summary_of_about_ten_lines_on_standard_error) {
+  const ProcessResult loud = do_here({"in.ply", "out.ply"});
+  EXPECT_THAT(loud.err, HasSubstr("out.ply"));
+  const auto lines = std::count(loud.err.begin(), loud.err.end(), '\n');
+  EXPECT_GE(lines, 8);
+  EXPECT_LE(lines, 30);
+  EXPECT_THAT(loud.err, Not(HasSubstr("\r"))) << "a progress bar without a terminal";
+  EXPECT_THAT(do_here({"in.ply", "out.ply", "--quiet"}).err, IsEmpty());
+  EXPECT_THAT(do_here({"in.ply", "out.ply", "--quiet", "--progress", "always"}).err, HasSubstr("\r"));
+}
+
+TEST_F(ChainTest, warnings_even_when_quiet) {
+  do_here({"in.ply", "mesh.obj", "--no-report", "--no-covmesh"});
+  const ProcessResult result = do_here({"mesh.obj", "again.ply", "--quiet"});
+  EXPECT_THAT(result.err, StartsWith("gpsrecon: warning: mesh.obj: is a mesh"));
+}
+
+TEST_F(ChainTest, companions_as_asked) {
+  do_here({"in.ply", "a.b.off", "--no-covmesh"});
+  EXPECT_THAT(folder.list(), ElementsAre("a.b.off", "a.b.report.json", "in.ply"));
+  do_here({"in.ply", "c.stl", "--no-report", "--covmesh", "named.ply"});
+  EXPECT_THAT(folder.list(), ElementsAre("a.b.off", "a.b.report.json", "c.stl", "in.ply", "named.ply"));
+  do_here({"in.ply", "d.obj", "--no-covmesh", "--report", "named.json"});
+  EXPECT_THAT(folder.list(),
+              ElementsAre("a.b.off", "a.b.report.json", "c.stl", "d.obj", "in.ply", "named.json", "named.ply"));
+  EXPECT_EQ(info("named.ply").at("kind"), "covmesh");
+  for (const char* mesh : {"a.b.off", "c.stl", "d.obj"}) EXPECT_EQ(info(mesh).at("topology").at("euler"), 2) << mesh;
+}
+
+TEST_F(ChainTest, existing_files_are_replaced_and_links_followed) {
+  for (const char* name : {"real.ply", "out.covmesh.ply", "out.report.json"}) write_file(folder / name, "earlier");
+  ::chmod((folder / "real.ply").c_str(), 0600);
+  std::filesystem::create_symlink("real.ply", folder / "out.ply");
+  do_here({"in.ply", "out.ply"});
+  EXPECT_TRUE(std::filesystem::is_symlink(folder / "out.ply"));
+  EXPECT_THAT(bytes("real.ply"), StartsWith("ply\n"));
+  EXPECT_THAT(bytes("out.covmesh.ply"), StartsWith("ply\n"));
+  EXPECT_THAT(bytes("out.report.json"), StartsWith("{"));
+  struct stat status {};
+  ::stat((folder / "real.ply").c_str(), &status);
+  EXPECT_EQ(status.st_mode & 0777u, 0600u);
+  EXPECT_EQ(folder.list().size(), 5u);
+}
+
+TEST_F(ChainTest, input_may_be_replaced_by_the_output) {
+  do_here({"in.ply", "out.ply"});
+  do_here({"in.ply", "in.ply", "--no-covmesh", "--no-report"});
+  EXPECT_EQ(bytes("in.ply"), bytes("out.ply"));
+}
+
+TEST_F(ChainTest, standard_input_and_output) {
+  do_here({"in.ply", "out.ply"});
+  const ProcessResult piped = do_here({"-", "-"}, {.input = bytes("in.ply")});
+  EXPECT_EQ(piped.out, bytes("out.ply"));
+  EXPECT_EQ(folder.list().size(), 4u);
+  const ProcessResult with_report = do_here({"-", "-", "--report", "r.json"}, {.input = bytes("in.ply")});
+  EXPECT_EQ(with_report.out, bytes("out.ply"));
+  EXPECT_EQ(report("r.json").at("input").at("file"), "-");
+  // The report alone on standard output.
+  const ProcessResult to_stdout = do_here({"in.ply", "o.ply", "--no-covmesh", "--report", "-"});
+  EXPECT_EQ(json::parse(to_stdout.out).at("schema"), "gpsrecon.report/1");
+}
+
+TEST_F(ChainTest, stages_in_a_pipe) {
+  do_here({"in.ply", "out.ply", "--no-fit"});
+  const std::string mixture = do_here({"mixture", "in.ply", "-"}).out;
+  const std::string covmesh = do_here({"triangulate", "-", "-"}, {.input = mixture}).out;
+  const std::string mesh = do_here({"subdivide", "-", "-"}, {.input = covmesh}).out;
+  EXPECT_EQ(covmesh, bytes("out.covmesh.ply"));
+  EXPECT_EQ(mesh, bytes("out.ply"));
+}
+
+TEST_F(ChainTest, closed_pipe_is_an_output_that_cannot_be_written) {
+  const ProcessResult result = run_here({"in.ply", "-"}, {.output_is_closed = true});
+  EXPECT_EQ(result.exit_code, 6) << result.err;
+  EXPECT_EQ(result.signal, 0);
+}
+
+TEST_F(ChainTest, devices_are_written_and_not_replaced) {
+  do_here({"in.ply", "out.ply", "--covmesh", "/dev/null", "--report", "/dev/null"});
+  EXPECT_THAT(folder.list(), ElementsAre("in.ply", "out.ply"));
+  EXPECT_TRUE(std::filesystem::is_character_file("/dev/null"));
+}
+
+/// Input, transformed, and options of which each stage command takes its part.
+struct Sequence {
+  std::string name;
+  std::vector<Vec3> points;
+  Words scale, mixture, triangulate, fit, subdivide;
+};
+
+std::vector<Vec3> moved(std::vector<Vec3> points, double scale, const Vec3& offset) {
+  for (Vec3& p : points) p = scale * p + offset;
+  return points;
+}
+
+class StagesInSequence : public testing::TestWithParam<Sequence> {};
+
+TEST_P(StagesInSequence, give_the_bytes_of_the_chain) {
+  const Sequence& s = GetParam();
+  TemporaryFolder folder;
+  write_file(folder / "in.ply", ply_of(s.points));
+  const ProcessOptions here{.folder = folder.path().string()};
+  const auto do_here = [&](const Words& words) {
+    const ProcessResult result = run(words, here);
+    ASSERT_EQ(result.exit_code, 0) << testing::PrintToString(words) << "\n" << result.err;
+  };
+  do_here(Words{"in.ply", "chain.ply"} + s.scale + s.mixture + s.triangulate + s.fit + s.subdivide);
+  do_here(Words{"mixture", "in.ply", "m.ply"} + s.scale + s.mixture);
+  do_here(Words{"triangulate", "m.ply", "t.ply"} + s.triangulate);
+  do_here(Words{"fit", "t.ply", "in.ply", "f.ply"} + s.scale + s.fit);
+  do_here(Words{"subdivide", "f.ply", "out.ply"} + s.subdivide);
+  EXPECT_GT(read_file(folder / "chain.ply").size(), 10000u);
+  EXPECT_TRUE(read_file(folder / "f.ply") == read_file(folder / "chain.covmesh.ply"));
+  EXPECT_TRUE(read_file(folder / "out.ply") == read_file(folder / "chain.ply"));
+  EXPECT_FALSE(read_file(folder / "t.ply") == read_file(folder / "f.ply")) << "the fit did nothing";
+
+  // A mixture and a covariance mesh enter the chain at their stages.
+  do_here(Words{"f.ply", "from_covmesh.ply"} + s.subdivide);
+  EXPECT_TRUE(read_file(folder / "from_covmesh.ply") == read_file(folder / "chain.ply"));
+  do_here(Words{"m.ply", "from_mixture.ply"} + s.triangulate + s.subdivide);
+  EXPECT_TRUE(read_file(folder / "from_mixture.covmesh.ply") == read_file(folder / "t.ply"));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Inputs, StagesInSequence,
+    testing::Values(
+        Sequence{"defaults", noisy_sphere(5000, 0.005), {}, {}, {}, {}, {}},
+        Sequence{"far_from_the_origin",
+                 moved(noisy_torus(6000, 0.005), 25, Vec3(600000.37, 5000000.11, 431.7)),
+                 {},
+                 {},
+                 {},
+                 {},
+                 {}},
+        Sequence{"tiny", moved(noisy_torus(6000, 0.005), 1e-7, Vec3(1e-6, 0, 0)), {}, {}, {}, {}, {}},
+        Sequence{"options",
+                 noisy_torus(6000, 0.01),
+                 {"--isolation", "6"},
+                 {"--alpha", "1.7", "--detail", "0.9", "--hem-levels", "3", "--balance"},
+                 {"--min-overlap", "0.02", "--min-dihedral", "40", "--max-pinhole", "6", "--sensor", "1,2,30"},
+                 {"--fit-steps", "2"},
+                 {"--levels", "1", "--loop-weights", "warren", "--corners", "sharp"}},
+        Sequence{"sheet", flat_sheet(70), {}, {"--target", "600"}, {}, {"--fit-steps", "1"}, {"--levels", "0"}},
+        Sequence{"local_start", noisy_sphere(5000, 0.002), {}, {"--initial", "local"}, {}, {}, {"--levels", "2"}}),
+    [](const auto& instance) { return instance.param.name; });
+
+TEST_F(ChainTest, same_bytes_for_any_number_of_threads) {
+  write_file(folder / "in.ply", ply_of(noisy_torus(20000, 0.005)));
+  std::map<std::string, std::string> first;
+  json first_report;
+  for (const std::string threads : {"1", "2", "4"}) {
+    do_here({"in.ply", "out.ply", "--threads", threads, "--dump", "levels"});
+    json r = report("out.report.json");
+    EXPECT_EQ(r.at("run").at("threads").get<int>(), std::stoi(threads));
+    r.erase("run");
+    std::map<std::string, std::string> all;
+    for (const std::string& name : folder.list())
+      if (name != "levels" && name != "out.report.json") all[name] = bytes(name);
+    EXPECT_GE(all.size(), 5u);
+    if (first.empty()) {
+      first = all;
+      first_report = r;
+    }
+    EXPECT_TRUE(all == first) << threads << " threads";
+    EXPECT_EQ(r, first_report) << threads << " threads";
+  }
+}
+
+TEST_F(ChainTest, the_seed_matters) {
+  do_here({"mixture", "in.ply", "a.ply"});
+  do_here({"mixture", "in.ply", "b.ply", "--seed", "1"});
+  do_here({"mixture", "in.ply", "c.ply", "--seed", "2"});
+  EXPECT_TRUE(bytes("a.ply") == bytes("b.ply"));
+  EXPECT_FALSE(bytes("a.ply") == bytes("c.ply"));
+}
+
+TEST_F(ChainTest, options_from_a_configuration_file) {
+  write_file(folder / "my.toml",
+             "# how we scan\nalpha = 1.8   # narrower\n\nlevels = 1\nno-fit = true\nbalance = false\n"
+             "loop-weights = \"warren\"\nsensor = [1, 2, 3]\nreport = 'my report.json'\n");
+  const Words line = {"--alpha", "1.8", "--levels", "1", "--no-fit", "--loop-weights", "warren", "--sensor", "1,2,3"};
+  do_here(Words{"in.ply", "line.ply"} + line);
+  do_here({"in.ply", "file.ply", "--config", "my.toml"});
+  EXPECT_TRUE(bytes("line.ply") == bytes("file.ply"));
+  EXPECT_TRUE(std::filesystem::exists(folder / "my report.json"));
+  do_here({"in.ply", "level0.ply", "--config", "my.toml", "--levels", "0"});
+  EXPECT_EQ(4 * info("level0.ply").at("topology").at("faces").get<int>(),
+            info("file.ply").at("topology").at("faces").get<int>());
+}
+
+TEST_F(ChainTest, levels_quadruple_the_faces) {
+  for (const int level : {0, 1, 2})
+    do_here({"in.ply", std::to_string(level) + ".ply", "--levels", std::to_string(level)});
+  const auto faces = [&](const char* name) { return info(name).at("topology").at("faces").get<int>(); };
+  EXPECT_EQ(faces("1.ply"), 4 * faces("0.ply"));
+  EXPECT_EQ(faces("2.ply"), 16 * faces("0.ply"));
+  EXPECT_EQ(faces("0.ply"), faces("0.covmesh.ply"));
+}
+
+TEST_F(ChainTest, target_number_of_components) {
+  do_here({"mixture", "in.ply", "m.ply", "--target", "400"});
+  EXPECT_NEAR(info("m.ply").at("components").get<double>(), 400, 8);
+}
+
+TEST_F(ChainTest, text_encoding_holds_the_same_surface) {
+  do_here({"in.ply", "a.ply"});
+  do_here({"in.ply", "b.ply", "--ascii"});
+  EXPECT_THAT(bytes("b.ply"), StartsWith("ply\nformat ascii 1.0\n"));
+  EXPECT_THAT(bytes("b.covmesh.ply"), StartsWith("ply\nformat ascii 1.0\n"));
+  EXPECT_EQ(info("a.ply").at("topology"), info("b.ply").at("topology"));
+  do_here({"subdivide", "b.covmesh.ply", "c.ply"});
+  EXPECT_TRUE(bytes("c.ply") == bytes("a.ply")) << "the text does not give the same numbers back";
+}
+
+TEST_F(ChainTest, dump_keeps_levels_and_fronts) {
+  write_file(folder / "in.ply", ply_of(noisy_sphere(40000, 0.001)));
+  do_here({"in.ply", "out.ply", "--dump", "levels"});
+  int levels = 0, fronts = 0;
+  int components = 0;
+  for (const std::string& name : folder.list()) {
+    if (!name.starts_with("levels/")) continue;
+    const json i = info(name);
+    if (i.at("kind") == "mixture") {
+      ++levels;
+      if (components > 0) {
+        EXPECT_LT(i.at("components").get<int>(), components);
+      }
+      components = i.at("components");
+      EXPECT_NEAR(i.at("weight").get<double>(), 40000, 1e-6);
+    } else {
+      ++fronts;
+      EXPECT_EQ(i.at("kind"), "mesh");
+    }
+    // In the coordinates of the input.
+    EXPECT_NEAR(i.at("bbox_max")[0].get<double>(), 1, 0.1);
+  }
+  EXPECT_GE(levels, 3);
+  EXPECT_GE(fronts, 1);
+}
+
+TEST_F(ChainTest, ellipsoids_of_a_mixture) {
+  do_here({"mixture", "in.ply", "m.ply", "--ellipsoids", "e.ply", "--ellipsoid-scale", "0.5"});
+  const json mixture = info("m.ply"), ellipsoids = info("e.ply");
+  EXPECT_EQ(ellipsoids.at("topology").at("components"), mixture.at("components"));
+  EXPECT_EQ(ellipsoids.at("topology").at("boundary_loops"), 0);
+  EXPECT_EQ(ellipsoids.at("attributes"), json({"colors"}));
+}
+
+TEST_F(ChainTest, log_file_has_everything) {
+  do_here({"in.ply", "out.ply", "--quiet", "--log-file", "log.txt"});
+  EXPECT_THAT(bytes("log.txt"), HasSubstr("info"));
+  const ProcessResult normal = do_here({"in.ply", "out.ply"});
+  const ProcessResult verbose = do_here({"in.ply", "out.ply", "--verbose"});
+  EXPECT_GE(verbose.err.size(), normal.err.size());
+}
+
+TEST_F(ChainTest, compare_two_meshes) {
+  do_here({"in.ply", "out.ply"});
+  const ProcessResult same = do_here({"compare", "out.ply", "out.ply", "--max-error", "1e-6", "--report", "r.json"});
+  EXPECT_THAT(same.out, IsEmpty());
+  const json r = report("r.json");
+  const json schema = json::parse(read_file(GPSRECON_SOURCE_DIR "/docs/report.schema.json"));
+  EXPECT_THAT(schema_errors(schema, r), IsEmpty());
+  EXPECT_EQ(r.at("command"), "compare");
+
+  // An octahedron inscribed in the sphere is 1 - 1/√3 away from it in the middle of its faces.
+  write_file(folder / "octahedron.off",
+             "OFF\n6 8 0\n1 0 0\n-1 0 0\n0 1 0\n0 -1 0\n0 0 1\n0 0 -1\n"
+             "3 0 2 4\n3 2 1 4\n3 1 3 4\n3 3 0 4\n3 2 0 5\n3 1 2 5\n3 3 1 5\n3 0 3 5\n");
+  do_here({"compare", "octahedron.off", "out.ply", "--max-error", "0.46", "--samples", "20000"});
+  const ProcessResult exceeded =
+      run_here({"compare", "octahedron.off", "out.ply", "--max-error", "0.38", "--samples", "20000", "--quiet"});
+  EXPECT_EQ(exceeded.exit_code, 7);
+  EXPECT_THAT(exceeded.err, StartsWith("gpsrecon: warning: the largest distance"));
+  EXPECT_EQ(run_here({"compare", "out.ply", "octahedron.off", "--max-error", "0.38", "--samples", "20000"}).exit_code,
+            7);
+}
+
+TEST_F(ChainTest, compare_with_points) {
+  do_here({"in.ply", "out.ply"});
+  const ProcessResult result = do_here({"compare", "out.ply", "in.ply", "--report", "-"});
+  const json r = json::parse(result.out);
+  const json schema = json::parse(read_file(GPSRECON_SOURCE_DIR "/docs/report.schema.json"));
+  EXPECT_THAT(schema_errors(schema, r), IsEmpty());
+  EXPECT_EQ(run_here({"compare", "out.ply", "in.ply", "--max-error", "0.1"}).exit_code, 0);
+  EXPECT_EQ(run_here({"compare", "out.ply", "in.ply", "--max-error", "0.0001"}).exit_code, 7);
+}
+
+}  // namespace
+}  // namespace gpsrecon::test

@@ -1,0 +1,144 @@
+#include "process.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+
+namespace gpsrecon::test {
+namespace {
+
+struct Pipe {
+  int read_end = -1, write_end = -1;
+
+  Pipe() {
+    int ends[2];
+    if (::pipe2(ends, O_CLOEXEC) != 0) throw std::runtime_error("no pipe");
+    read_end = ends[0];
+    write_end = ends[1];
+  }
+  ~Pipe() {
+    close_read();
+    close_write();
+  }
+  void close_read() { close_end(read_end); }
+  void close_write() { close_end(write_end); }
+  static void close_end(int& end) {
+    if (end >= 0) ::close(end);
+    end = -1;
+  }
+};
+
+/// Appends what can be read to `text`; closes the end at its end.
+void drain(Pipe& pipe, std::string& text) {
+  std::array<char, 65536> buffer;
+  const ssize_t n = ::read(pipe.read_end, buffer.data(), buffer.size());
+  if (n > 0)
+    text.append(buffer.data(), static_cast<std::size_t>(n));
+  else
+    pipe.close_read();
+}
+
+}  // namespace
+
+TemporaryFolder::TemporaryFolder() {
+  std::string name = (std::filesystem::temp_directory_path() / "gpsrecon-test-XXXXXX").string();
+  if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
+  path_ = name;
+}
+
+TemporaryFolder::~TemporaryFolder() {
+  std::error_code ignored;
+  std::filesystem::remove_all(path_, ignored);
+}
+
+std::vector<std::string> TemporaryFolder::list() const {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(path_))
+    names.push_back(entry.path().lexically_relative(path_).string());
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+ProcessResult run(const std::vector<std::string>& arguments, const ProcessOptions& options) {
+  Pipe in, out, err;
+  std::vector<char*> argv;
+  std::string program = GPSRECON_PROGRAM;
+  std::vector<std::string> words = arguments;
+  argv.push_back(program.data());
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+
+  const pid_t child = ::fork();
+  if (child < 0) throw std::runtime_error("cannot fork");
+  if (child == 0) {
+    ::dup2(in.read_end, STDIN_FILENO);
+    ::dup2(out.write_end, STDOUT_FILENO);
+    ::dup2(err.write_end, STDERR_FILENO);
+    if (!options.folder.empty() && ::chdir(options.folder.c_str()) != 0) ::_exit(126);
+    ::execv(program.c_str(), argv.data());
+    ::_exit(127);
+  }
+  in.close_read();
+  out.close_write();
+  err.close_write();
+  if (options.output_is_closed) out.close_read();
+  std::signal(SIGPIPE, SIG_IGN);
+
+  ProcessResult result;
+  const auto start = std::chrono::steady_clock::now();
+  std::size_t sent = 0;
+  bool interrupted = options.interrupt_at.empty() && options.interrupt_after_seconds < 0;
+  while (out.read_end >= 0 || err.read_end >= 0) {
+    if (sent == options.input.size() && !options.input_stays_open) in.close_write();
+    // Negative descriptors are ignored by poll().
+    const bool sending = sent < options.input.size();
+    std::array<pollfd, 3> wait{
+        {{out.read_end, POLLIN, 0}, {err.read_end, POLLIN, 0}, {sending ? in.write_end : -1, POLLOUT, 0}}};
+    ::poll(wait.data(), wait.size(), interrupted ? -1 : 2);
+    if (wait[0].revents != 0) drain(out, result.out);
+    if (wait[1].revents != 0) drain(err, result.err);
+    if (wait[2].revents != 0) {
+      const ssize_t n =
+          ::write(in.write_end, options.input.data() + sent, std::min<std::size_t>(options.input.size() - sent, 4096));
+      sent = n > 0 ? sent + static_cast<std::size_t>(n) : options.input.size();
+    }
+    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+    const bool seen = !options.interrupt_at.empty() && result.err.find(options.interrupt_at) != std::string::npos;
+    const bool due = options.interrupt_after_seconds >= 0 && elapsed.count() >= options.interrupt_after_seconds;
+    if (!interrupted && (seen || due)) {
+      ::kill(child, options.signal);
+      interrupted = true;
+    }
+  }
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  if (WIFEXITED(status)) result.exit_code = WEXITSTATUS(status);
+  if (WIFSIGNALED(status)) result.signal = WTERMSIG(status);
+  return result;
+}
+
+std::string read_file(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw std::runtime_error(path + " cannot be read");
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+void write_file(const std::string& path, const std::string& content) {
+  std::ofstream file(path, std::ios::binary);
+  file << content;
+  if (!file.flush()) throw std::runtime_error(path + " cannot be written");
+}
+
+}  // namespace gpsrecon::test

@@ -1,0 +1,205 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <regex>
+#include <set>
+#include <sstream>
+
+#include "clouds.h"
+#include "process.h"
+
+namespace gpsrecon::test {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::StartsWith;
+
+const std::vector<std::string> commands = {"mixture", "triangulate", "fit", "subdivide", "compare", "info"};
+
+std::vector<std::string> words_of(const std::string& text) {
+  std::istringstream stream(text);
+  return {std::istream_iterator<std::string>(stream), {}};
+}
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::istringstream stream(text);
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+TEST(Usage, version_on_standard_output) {
+  const ProcessResult result = run({"--version"});
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_TRUE(std::regex_match(result.out, std::regex("gpsrecon [0-9]+\\.[0-9]+\\.[0-9]+\n"))) << result.out;
+  EXPECT_THAT(result.err, IsEmpty());
+}
+
+TEST(Usage, help_of_every_command) {
+  for (const std::string& command : commands) {
+    const ProcessResult result = run({command, "--help"});
+    EXPECT_EQ(result.exit_code, 0);
+    EXPECT_THAT(result.out, StartsWith("Usage: gpsrecon " + command + " "));
+    EXPECT_THAT(result.err, IsEmpty());
+    for (const std::string& line : lines_of(result.out)) EXPECT_LE(line.size(), 100u) << line;
+  }
+  const ProcessResult chain = run({"--help"});
+  EXPECT_EQ(chain.exit_code, 0);
+  EXPECT_THAT(chain.out, StartsWith("Usage: gpsrecon IN OUT [options]\n"));
+  for (const std::string& command : commands) EXPECT_THAT(chain.out, HasSubstr(command));
+}
+
+/// Options at the start of the lines of a help text, with all of their text up to the next one.
+std::map<std::string, std::string> options_of(const std::string& help) {
+  std::map<std::string, std::string> options;
+  std::string current;
+  for (const std::string& line : lines_of(help)) {
+    if (line.starts_with("  --")) current = line.substr(2, line.find_first_of(" ", 2) - 2);
+    if (line.empty()) current.clear();
+    if (!current.empty()) options[current] += line + " ";
+  }
+  return options;
+}
+
+TEST(Usage, help_tells_the_default_of_every_option_with_a_value) {
+  std::vector<std::vector<std::string>> helps = {{"--help"}};
+  for (const std::string& command : commands) helps.push_back({command, "--help"});
+  for (const auto& arguments : helps) {
+    const auto options = options_of(run(arguments).out);
+    EXPECT_GE(options.size(), 9u);
+    for (const auto& [name, text] : options) {
+      const bool takes_value = std::regex_search(text, std::regex("^  --[a-z0-9-]+ [A-Za-z]"));
+      const std::string joined = testing::PrintToString(words_of(text));
+      if (takes_value && joined.find("\"" + name + "\", \"") == std::string::npos) continue;
+    }
+    EXPECT_TRUE(options.contains("--threads"));
+    EXPECT_THAT(options.at("--threads"), HasSubstr("range: [0, 1024]; default: 0"));
+    EXPECT_THAT(options.at("--seed"), HasSubstr("default: 1"));
+  }
+  const auto chain = options_of(run({"--help"}).out);
+  EXPECT_THAT(chain.at("--alpha"), HasSubstr("default: 2"));
+  EXPECT_THAT(chain.at("--min-dihedral"), HasSubstr("default: 30"));
+  EXPECT_THAT(chain.at("--levels"), HasSubstr("default: auto"));
+  EXPECT_THAT(chain.at("--initial"), HasSubstr("default: isotropic"));
+}
+
+TEST(Usage, manual_has_every_option_and_command) {
+  const std::string manual = read_file(GPSRECON_SOURCE_DIR "/docs/cli.md");
+  for (const std::string& command : commands) {
+    EXPECT_THAT(manual, HasSubstr("`gpsrecon " + command + " "));
+    for (const auto& [name, text] : options_of(run({command, "--help"}).out))
+      EXPECT_THAT(manual, HasSubstr("`" + name)) << command;
+  }
+  const auto chain = options_of(run({"--help"}).out);
+  for (const auto& [name, text] : chain) EXPECT_THAT(manual, HasSubstr("`" + name));
+  // And nothing that is not there.
+  std::set<std::string> known;
+  for (const auto& [name, text] : chain) known.insert(name);
+  for (const std::string& command : commands)
+    for (const auto& [name, text] : options_of(run({command, "--help"}).out)) known.insert(name);
+  const std::regex option("`(--[a-z0-9-]+)");
+  for (auto it = std::sregex_iterator(manual.begin(), manual.end(), option); it != std::sregex_iterator(); ++it)
+    EXPECT_TRUE(known.contains((*it)[1])) << (*it)[1];
+}
+
+TEST(Usage, starts_quickly) {
+  double best = 1e9;
+  for (int i = 0; i < 5; ++i) {
+    const auto start = std::chrono::steady_clock::now();
+    run({"--version"});
+    best = std::min(best, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+  }
+  EXPECT_LE(best, 0.05);
+}
+
+struct BadLine {
+  std::vector<std::string> arguments;
+  std::string message;  ///< part of it
+};
+
+class UsageError : public testing::TestWithParam<BadLine> {};
+
+TEST_P(UsageError, is_told_and_exits_with_2) {
+  TemporaryFolder folder;
+  write_file(folder / "in.xyz", "0 0 0\n1 0 0\n0 1 0\n");
+  write_file(folder / "bad.toml", "alpha = 2\nno-such-key = 3\n");
+  write_file(folder / "section.toml", "[hem]\nalpha = 2\n");
+  write_file(folder / "value.toml", "# a comment\n\nalpha = big\n");
+  write_file(folder / "twice.toml", "alpha = 2\nalpha = 3\n");
+  const auto before = folder.list();
+  const ProcessResult result = run(GetParam().arguments, {.folder = folder.path().string()});
+  EXPECT_EQ(result.exit_code, 2) << result.err;
+  EXPECT_THAT(result.err, StartsWith("gpsrecon: error: "));
+  EXPECT_THAT(result.err, HasSubstr(GetParam().message));
+  EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+  EXPECT_THAT(result.out, IsEmpty());
+  EXPECT_EQ(folder.list(), before);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Lines, UsageError,
+    testing::Values(
+        BadLine{{}, "IN"}, BadLine{{"in.xyz"}, "OUT"}, BadLine{{"in.xyz", "out.ply", "more"}, "more"},
+        BadLine{{"project", "in.xyz", "out.ply"}, "out.ply"}, BadLine{{"mixture"}, "IN"},
+        BadLine{{"mixture", "in.xyz"}, "OUT"}, BadLine{{"info"}, "FILE"},
+        BadLine{{"in.xyz", "out.ply", "--no-such-option"}, "--no-such-option"},
+        BadLine{{"in.xyz", "out.ply", "--scheme", "catmull-clark"}, "catmull-clark"},
+        BadLine{{"triangulate", "in.xyz", "out.ply", "--alpha", "2"}, "--alpha"},
+        BadLine{{"in.xyz", "out.ply", "--alpha"}, "--alpha"}, BadLine{{"in.xyz", "out.ply", "--alpha", "x"}, "'x'"},
+        BadLine{{"in.xyz", "out.ply", "--alpha", "2x"}, "'2x'"},
+        BadLine{{"in.xyz", "out.ply", "--alpha", "0"}, "alpha"},
+        BadLine{{"in.xyz", "out.ply", "--alpha", "nan"}, "--alpha"},
+        BadLine{{"in.xyz", "out.ply", "--alpha", "11"}, "alpha"}, BadLine{{"in.xyz", "out.ply", "--alpha="}, "--alpha"},
+        BadLine{{"in.xyz", "out.ply", "--detail", "-1"}, "detail"},
+        BadLine{{"in.xyz", "out.ply", "--detail", "101"}, "detail"},
+        BadLine{{"in.xyz", "out.ply", "--sigma0-rel", "-0.1"}, "sigma0_rel"},
+        BadLine{{"in.xyz", "out.ply", "--levels", "9"}, "levels"},
+        BadLine{{"in.xyz", "out.ply", "--levels", "-1"}, "--levels"},
+        BadLine{{"in.xyz", "out.ply", "--levels", "some"}, "'some'"},
+        BadLine{{"in.xyz", "out.ply", "--fit-steps", "101"}, "steps"},
+        BadLine{{"in.xyz", "out.ply", "--fit-steps", "1.5"}, "'1.5'"},
+        BadLine{{"in.xyz", "out.ply", "--fit-steps", "99999999999"}, "--fit-steps"},
+        BadLine{{"in.xyz", "out.ply", "--hem-levels", "-1"}, "max_levels"},
+        BadLine{{"in.xyz", "out.ply", "--target", "-5"}, "--target"},
+        BadLine{{"in.xyz", "out.ply", "--initial", "round"}, "isotropic|local"},
+        BadLine{{"in.xyz", "out.ply", "--min-overlap", "1"}, "min_overlap"},
+        BadLine{{"in.xyz", "out.ply", "--min-dihedral", "180"}, "min_dihedral"},
+        BadLine{{"in.xyz", "out.ply", "--min-component", "1"}, "min_component"},
+        BadLine{{"in.xyz", "out.ply", "--max-pinhole", "-1"}, "max_pinhole"},
+        BadLine{{"in.xyz", "out.ply", "--isolation", "0.5"}, "isolation"},
+        BadLine{{"in.xyz", "out.ply", "--sensor", "1,2"}, "X,Y,Z"},
+        BadLine{{"in.xyz", "out.ply", "--sensor", "1,2,3,"}, "X,Y,Z"},
+        BadLine{{"in.xyz", "out.ply", "--corners", "blunt"}, "smooth|sharp"},
+        BadLine{{"in.xyz", "out.ply", "--threads", "-1"}, "--threads"},
+        BadLine{{"in.xyz", "out.ply", "--threads", "1025"}, "--threads"},
+        BadLine{{"in.xyz", "out.ply", "--seed", "-1"}, "--seed"},
+        BadLine{{"in.xyz", "out.ply", "--progress", "maybe"}, "auto|always|never"},
+        BadLine{{"in.xyz", "out.ply", "--config", "missing.toml"}, "missing.toml"},
+        BadLine{{"in.xyz", "out.ply", "--config", "."}, "configuration"},
+        BadLine{{"in.xyz", "out.ply", "--config", "bad.toml"}, "bad.toml:2: unknown option 'no-such-key'"},
+        BadLine{{"in.xyz", "out.ply", "--config", "section.toml"}, "section.toml:1"},
+        BadLine{{"in.xyz", "out.ply", "--config", "value.toml"}, "value.toml:3: alpha: expected a number, got 'big'"},
+        BadLine{{"in.xyz", "out.ply", "--config", "twice.toml"}, "twice.toml:2: alpha is given twice"},
+        BadLine{{"in.xyz", "out.ply", "--covmesh", "out.ply"}, "out.ply"},
+        BadLine{{"in.xyz", "out.ply", "--report", "./out.ply"}, "out.ply"},
+        BadLine{{"in.xyz", "out.ply", "--report", "r", "--covmesh", "r"}, "same file"},
+        BadLine{{"in.xyz", "-", "--report", "-"}, "same file"},
+        BadLine{{"in.xyz", "out.ply", "--log-file", "out.ply"}, "out.ply"},
+        BadLine{{"in.xyz", "out.ply", "--log-file", "in.xyz"}, "in.xyz"},
+        BadLine{{"in.xyz", "out.ply", "--no-report", "--report", "r"}, "--no-report"},
+        BadLine{{"in.xyz", "out.ply", "--no-covmesh", "--covmesh", "c"}, "--no-covmesh"},
+        BadLine{{"fit", "-", "-", "out.ply"}, "standard input"},
+        BadLine{{"mixture", "in.xyz", "m.ply", "--ellipsoids", "m.ply"}, "same file"}),
+    [](const auto& instance) { return std::to_string(instance.index); });
+
+TEST(Usage, options_may_follow_or_precede_and_the_command_may_follow_global_ones) {
+  EXPECT_THAT(run({"--threads", "1", "--quiet", "mixture", "--help"}).out, StartsWith("Usage: gpsrecon mixture"));
+  EXPECT_THAT(run({"--threads=1", "mixture", "--help"}).out, StartsWith("Usage: gpsrecon mixture"));
+  // After an option of the chain the word is its input.
+  EXPECT_EQ(run({"--alpha", "2", "mixture", "/nowhere/out.ply"}).exit_code, 6);
+}
+
+}  // namespace
+}  // namespace gpsrecon::test
