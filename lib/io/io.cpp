@@ -215,7 +215,8 @@ void write_mesh(const Mesh& mesh, const std::string& path, PlyEncoding encoding)
 
 Mixture as_stored(const Mixture& mixture) {
   const double world_sigma0 = std::ldexp(mixture.sigma0, mixture.frame.exponent);
-  return io::from_rows(io::to_rows(mixture), mixture.frame, world_sigma0);
+  const double world_spacing = std::ldexp(mixture.spacing, mixture.frame.exponent);
+  return io::from_rows(io::to_rows(mixture), mixture.frame, world_sigma0, world_spacing);
 }
 
 void check_writable(const std::string& path, bool mesh_format) {

@@ -35,10 +35,11 @@ MixtureRows to_rows(const Mixture& mixture) {
   return rows;
 }
 
-Mixture from_rows(const MixtureRows& rows, const Frame& frame, double world_sigma0) {
+Mixture from_rows(const MixtureRows& rows, const Frame& frame, double world_sigma0, double world_spacing) {
   Mixture mixture;
   mixture.frame = frame;
   mixture.sigma0 = std::ldexp(world_sigma0, -frame.exponent);
+  mixture.spacing = std::ldexp(world_spacing, -frame.exponent);
   const std::size_t n = rows.size();
   mixture.means.resize(n);
   mixture.covariances.resize(n);

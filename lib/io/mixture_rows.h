@@ -22,7 +22,7 @@ struct MixtureRows {
 
 MixtureRows to_rows(const Mixture& mixture);
 
-/// The mixture in the given frame; sigma0 in units of the world.
-Mixture from_rows(const MixtureRows& rows, const Frame& frame, double world_sigma0);
+/// The mixture in the given frame; sigma0 and spacing in units of the world.
+Mixture from_rows(const MixtureRows& rows, const Frame& frame, double world_sigma0, double world_spacing);
 
 }  // namespace gpsrecon::io

@@ -23,7 +23,8 @@ std::string version_comment() {
 std::string frame_comment(const FrameComment& comment) {
   const Vec3& origin = comment.frame.origin;
   return version_comment() + " frame " + exact(origin.x()) + " " + exact(origin.y()) + " " + exact(origin.z()) + " " +
-         std::to_string(comment.frame.exponent) + " sigma0 " + exact(comment.sigma0);
+         std::to_string(comment.frame.exponent) + " sigma0 " + exact(comment.sigma0) + " spacing " +
+         exact(comment.spacing);
 }
 
 FrameComment find_frame_comment(const InputFile& file, const PlyHeader& header) {
@@ -39,13 +40,14 @@ FrameComment find_frame_comment(const InputFile& file, const PlyHeader& header) 
     };
     double exponent;
     constexpr int largest_exponent = 500;  // its square still scales covariances without overflow
-    const bool valid = number(found.frame.origin.x()) && number(found.frame.origin.y()) &&
-                       number(found.frame.origin.z()) && number(exponent) && std::trunc(exponent) == exponent &&
-                       std::abs(exponent) <= largest_exponent && fields.next(word) && word == "sigma0" &&
-                       number(found.sigma0) && found.sigma0 >= 0;
+    bool valid = number(found.frame.origin.x()) && number(found.frame.origin.y()) && number(found.frame.origin.z()) &&
+                 number(exponent) && std::trunc(exponent) == exponent && std::abs(exponent) <= largest_exponent &&
+                 fields.next(word) && word == "sigma0" && number(found.sigma0) && found.sigma0 >= 0;
+    if (valid && fields.next(word)) valid = word == "spacing" && number(found.spacing) && found.spacing >= 0;
     if (!valid)
-      file.fail("expected the comment 'gpsrecon VERSION frame X Y Z EXPONENT sigma0 S' in the header, found " +
-                quote(comment));
+      file.fail(
+          "expected the comment 'gpsrecon VERSION frame X Y Z EXPONENT sigma0 S spacing A' in the header, found " +
+          quote(comment));
     found.frame.exponent = static_cast<int>(exponent);
     return found;
   }

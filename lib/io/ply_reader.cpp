@@ -176,7 +176,7 @@ Mixture read_gaussians(const InputFile& file, FaceList* faces) {
   if (faces != nullptr) add_face_requests(header, element.count, *faces, requests);
   read_ply_body(file, header, requests);
   const FrameComment comment = find_frame_comment(file, header);
-  return from_rows(rows, comment.frame, comment.sigma0);
+  return from_rows(rows, comment.frame, comment.sigma0, comment.spacing);
 }
 
 // What is read from outside must meet the invariants that all stages rely on.
