@@ -12,8 +12,9 @@
 // either the complete file or the file that was there before (a temporary file is written and renamed).
 //
 // Coordinates in files are world coordinates. Points and meshes are returned in the identity frame. Mixtures and
-// covariance meshes that carry a frame in their header are returned in that frame: covariances, weights and sigma0 come
-// back bit for bit, means to the rounding of world coordinates (bit for bit where these are exact), see as_stored().
+// covariance meshes that carry a frame in their header are returned in that frame: covariances, weights, sigma0 and
+// spacing come back bit for bit, means to the rounding of world coordinates (bit for bit where these are exact), see
+// as_stored().
 //
 // Time and memory are linear in the size of the file. Nothing is allocated by a count that a file merely claims.
 
