@@ -66,7 +66,7 @@ TEST(Infer, VertexMethodIsTheCovarianceOfTheUmbrella) {
 
 TEST(Infer, CommutesWithSimilarities) {
   const Mesh mesh = irregular_sphere(5);
-  const Mat3 rotation = Random(2).rotation();
+  const Mat3 rotation = RandomSequence(2).rotation();
   const double scale = 37.5;
   Mesh moved = mesh;
   for (Vec3& p : moved.positions) p = scale * (rotation * p) + Vec3(3, -1, 2);

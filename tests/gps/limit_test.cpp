@@ -172,7 +172,7 @@ TEST_P(LimitMasks, GiveTheNormalOfDeepGaussianProductRefinement) {
   if (!has_tangent_plane(c)) GTEST_SKIP() << "the scheme has no tangent plane here";
   // The triangle at a smooth corner is as long as h and as wide as h²: the curvature of the map turns it at any depth.
   if (c.faces == 1 && c.corners == CornerRule::smooth) GTEST_SKIP() << "face normals do not converge here";
-  Random random(c.faces);
+  RandomSequence random(c.faces);
   std::vector<DualPoint> dual;
   for (const Vec3& p : mesh().positions) dual.push_back(to_dual({p, random.covariance(0.02, 1)}));
   const DualMap map(limit<DualPoint>(mesh().faces, dual, &LimitWeight::position));
@@ -187,9 +187,12 @@ TEST_P(LimitMasks, GiveTheNormalOfDeepGaussianProductRefinement) {
     for (const DualPoint& q : deep.values) positions.push_back(from_dual(q).mean);
     return (area_vector(deep.faces, positions).normalized() - normal).norm();
   };
-  // The error falls like a power of the ratio of two eigenvalues.
+  // The error falls like a power of the ratio of two eigenvalues; on the boundary of five faces that of the second
+  // inner mode and the boundary curve is near one.
+  const double second = c.closed ? 0 : 3.0 / 8 + std::cos(2 * std::numbers::pi / c.faces) / 4;
+  const double bound = std::max(0.01, 2 * std::pow(second / 0.5, levels_to_size(c, 1e-6)));
   const double coarse = error_at_size(1e-3), fine = error_at_size(1e-6);
-  EXPECT_LT(fine, 0.01);
+  EXPECT_LT(fine, bound);
   EXPECT_LT(fine, 0.6 * coarse);
 }
 

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <gpsrecon/core/mesh.h>
-#include <gpsrecon/core/random.h>
 
 #include <Eigen/Geometry>
 #include <array>
@@ -12,41 +11,9 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "support/random_sequence.h"
+
 namespace gpsrecon::test {
-
-/// A reproducible sequence of random numbers.
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : seed_(seed) {}
-  double uniform(double low = 0, double high = 1) { return low + (high - low) * random_uniform(seed_, 0, counter_++); }
-  std::size_t below(std::size_t n) { return static_cast<std::size_t>(uniform() * static_cast<double>(n)); }
-  Vec3 vector() {
-    const double x = uniform(-1, 1), y = uniform(-1, 1);
-    return {x, y, uniform(-1, 1)};
-  }
-  Mat3 matrix() {
-    Mat3 m;
-    for (int k = 0; k < 3; ++k) m.col(k) = vector();
-    return m;
-  }
-  Mat3 rotation() {
-    const Vec3 x = vector().normalized();
-    const Vec3 y = x.cross(vector()).normalized();
-    Mat3 r;
-    r << x, y, x.cross(y);
-    return r;
-  }
-  /// Eigenvalues log-uniform in [low, high], random axes.
-  Sym3 covariance(double low, double high) {
-    const Vec3 logs(uniform(), uniform(), uniform());
-    const Mat3 r = rotation();
-    const Vec3 values = (std::log(low) + (logs.array() * std::log(high / low))).exp();
-    return Sym3::from_matrix(r * values.asDiagonal() * r.transpose());
-  }
-
- private:
-  std::uint64_t seed_, counter_ = 0;
-};
 
 inline Mesh make_mesh(std::vector<Vec3> positions, const std::vector<std::array<Index, 3>>& triangles) {
   Mesh mesh;
@@ -89,19 +56,21 @@ inline Mesh sphere(int level) {
   return mesh;
 }
 
-/// A closed mesh near the unit sphere with valences from 3 to far above 6: random faces of a sphere split in three.
-inline Mesh irregular_sphere(std::uint64_t seed, std::size_t splits = 60) {
+/// A closed mesh near the unit sphere with valences from 3 to far above 6: random faces of a sphere split in three, at
+/// radii that differ from one by at most `roughness`.
+inline Mesh irregular_sphere(std::uint64_t seed, std::size_t splits = 60, double roughness = 0.1) {
   const Mesh base = sphere(1);
   std::vector<std::array<Index, 3>> triangles;
   for (std::size_t f = 0; f < base.faces.size(); ++f)
     triangles.push_back({base.faces[f][0], base.faces[f][1], base.faces[f][2]});
   std::vector<Vec3> positions = base.positions;
-  Random random(seed);
+  RandomSequence random(seed);
   for (std::size_t s = 0; s < splits; ++s) {
     const std::size_t f = random.below(triangles.size());
     const auto [a, b, c] = triangles[f];
     const auto m = static_cast<Index>(positions.size());
-    positions.push_back((positions[a] + positions[b] + positions[c]).normalized() * random.uniform(0.9, 1.1));
+    positions.push_back((positions[a] + positions[b] + positions[c]).normalized() *
+                        random.uniform(1 - roughness, 1 + roughness));
     triangles[f] = {a, b, m};
     triangles.push_back({b, c, m});
     triangles.push_back({c, a, m});
@@ -167,7 +136,7 @@ inline Mesh torus(Index nu, Index nv, double major = 2, double minor = 0.7) {
 
 /// A vertex (0) in the interior of a fan of n triangles; or, open, on the boundary of a fan of n triangles.
 inline Mesh fan(Index n, bool closed, std::uint64_t seed) {
-  Random random(seed);
+  RandomSequence random(seed);
   Mesh mesh;
   mesh.positions.push_back(0.1 * random.vector());
   const Index ring = closed ? n : n + 1;
@@ -192,7 +161,7 @@ inline CovMesh with_equal_covariances(const Mesh& mesh, const Sym3& covariance) 
 }
 
 inline CovMesh with_random_covariances(const Mesh& mesh, std::uint64_t seed, double low = 0.01, double high = 1) {
-  Random random(seed);
+  RandomSequence random(seed);
   std::vector<Sym3> covariances;
   for (std::size_t i = 0; i < mesh.positions.size(); ++i) covariances.push_back(random.covariance(low, high));
   return covariance_mesh(mesh, covariances);

@@ -25,7 +25,7 @@ Mesh open_irregular_mesh() {
 }
 
 TEST(Dual, MapsBothWays) {
-  Random random(4);
+  RandomSequence random(4);
   for (int trial = 0; trial < 200; ++trial) {
     const Gaussian g{random.vector(), random.covariance(1e-3, 1)};
     const Gaussian back = from_dual(to_dual(g));
@@ -38,7 +38,7 @@ TEST(Dual, MapsBothWays) {
 }
 
 TEST(Dual, IsThePolynomialOfTheSquaredMahalanobisDistance) {
-  Random random(5);
+  RandomSequence random(5);
   const Gaussian g{random.vector(), random.covariance(0.1, 1)};
   const DualPoint q = to_dual(g);
   const Mat3 precision = g.covariance.matrix().inverse();
@@ -51,7 +51,7 @@ TEST(Dual, IsThePolynomialOfTheSquaredMahalanobisDistance) {
 }
 
 TEST(Dual, TangentIsTheDerivativeOfTheMap) {
-  Random random(6);
+  RandomSequence random(6);
   const DualPoint a = to_dual({random.vector(), random.covariance(0.1, 1)});
   const DualPoint b = to_dual({random.vector(), random.covariance(0.1, 1)});
   const double h = 1e-5;
@@ -64,7 +64,7 @@ TEST(Subdivide, EqualCovariancesGiveTheLinearScheme) {
   const Mesh mesh = open_irregular_mesh();
   const LimitSurface surface(mesh.faces, mesh.positions.size(), 2);
   const std::vector<Vec3> linear = surface.to_samples<Vec3>(mesh.positions);
-  const CovMesh control = with_equal_covariances(mesh, Random(3).covariance(0.1, 1));
+  const CovMesh control = with_equal_covariances(mesh, RandomSequence(3).covariance(0.1, 1));
   EXPECT_LT(max_distance(subdivide(control).positions, linear), 1e-13);
 }
 
@@ -73,7 +73,7 @@ TEST(Subdivide, CommutesWithAffineMaps) {
     const CovMesh control = with_random_covariances(open_irregular_mesh(), 11);
     const SubdivideOptions options{.levels = 2, .limit = limit};
     const Mesh surface = subdivide(control, options);
-    Random random(12);
+    RandomSequence random(12);
     for (int trial = 0; trial < 6; ++trial) {
       Mat3 a = random.matrix() + 0.5 * random.rotation();
       if ((a.determinant() < 0) != (trial % 2 == 1)) a.col(0) *= -1;  // every second one a reflection
@@ -126,7 +126,7 @@ TEST(Subdivide, ScalesExactlyByPowersOfTwo) {
 
 TEST(Subdivide, ReproducesPlanes) {
   Mesh flat = grid(6, 5);
-  Random random(15);
+  RandomSequence random(15);
   for (Vec3& p : flat.positions) p += Vec3(0.3 * random.uniform(-1, 1), 0.3 * random.uniform(-1, 1), 0);
   const Mat3 rotation = random.rotation();
   const Vec3 normal = rotation.col(2), shift(1, 2, 3);
@@ -183,9 +183,10 @@ TEST(Subdivide, LimitPointsDoNotDependOnTheLevelAtBoundaries) {
 }
 
 TEST(Subdivide, NormalsAreUnitAndOnTheSideOfTheFaces) {
-  for (const Mesh& mesh : {irregular_sphere(23), open_irregular_mesh(), torus(9, 6)})
+  for (const Mesh& mesh : {irregular_sphere(23), with_holes(irregular_sphere(24, 60, 0), 7), torus(9, 6)})
     for (const bool limit : {true, false}) {
       const Mesh surface = subdivide(with_equal_covariances(mesh, Sym3::identity()), {.levels = 3, .limit = limit});
+      const TriangleConnectivity topology = triangle_connectivity(mesh.faces, mesh.positions.size());
       std::vector<Vec3> faces_around(surface.positions.size(), Vec3::Zero());
       for (std::size_t f = 0; f < surface.faces.size(); ++f) {
         const auto face = surface.faces[f];
@@ -195,14 +196,17 @@ TEST(Subdivide, NormalsAreUnitAndOnTheSideOfTheFaces) {
       }
       for (std::size_t v = 0; v < surface.normals.size(); ++v) {
         ASSERT_NEAR(surface.normals[v].norm(), 1, 1e-14);
-        ASSERT_GT(surface.normals[v].dot(faces_around[v].normalized()), 0.7);
+        // On the boundary from six faces on Loop's rules leave no tangent plane.
+        const bool smooth =
+            v >= mesh.positions.size() || topology.face_count[v] < 6 || !topology.on_boundary(static_cast<Index>(v));
+        ASSERT_GT(surface.normals[v].dot(faces_around[v].normalized()), smooth ? 0.7 : 0.0);
       }
     }
 }
 
 TEST(Subdivide, SigmaIsTheDeviationAlongTheNormalWithoutTheKernel) {
   // Equal covariances stay what they are at every vertex.
-  const Sym3 covariance = Random(18).covariance(0.01, 0.04);
+  const Sym3 covariance = RandomSequence(18).covariance(0.01, 0.04);
   CovMesh control = with_equal_covariances(torus(9, 6), covariance);
   const double kernel_variance = eigen_decomposition(covariance).values[1];
   control.vertices.sigma0 = std::sqrt(kernel_variance);
@@ -264,7 +268,7 @@ TEST(Subdivide, KeepsPrecisionForFlatGaussiansFarApart) {
   const CovMesh control = with_equal_covariances(flat, Sym3::diagonal(1, 1, 1e-10));
   const LimitSurface surface(flat.faces, flat.positions.size(), 2);
   EXPECT_LT(max_distance(subdivide(control).positions, surface.to_samples<Vec3>(flat.positions)), 1e-12);
-  const Mat3 rotation = Random(20).rotation();
+  const Mat3 rotation = RandomSequence(20).rotation();
   CovMesh turned = control;
   for (Vec3& mean : turned.vertices.means) mean = rotation * mean;
   for (Sym3& c : turned.vertices.covariances) c = congruence(rotation, Sym3::diagonal(1, 1, 1e-6));
