@@ -1,38 +1,22 @@
 // Writes the embedded example: gpsrecon_make_example FILE
 
-#include <gpsrecon/core/error.h>
-#include <bit>
+#include <gpsrecon/io/io.h>
 #include <cstdio>
 #include <exception>
-#include <filesystem>
-#include <fstream>
-#include <string>
 
 #include "datasets/example.h"
 
 namespace {
 
-using namespace gpsrecon;
-
-/// Positions only, as a scanner without further ado gives them, in `float`.
-void write_ply(const std::vector<Vec3>& positions, const std::string& path) {
-  static_assert(std::endian::native == std::endian::little);
-  std::vector<float> coordinates;
-  coordinates.reserve(3 * positions.size());
-  for (const Vec3& p : positions)
-    for (int k = 0; k < 3; ++k) coordinates.push_back(static_cast<float>(p[k]));
-
-  const std::string temporary = path + ".part";
-  std::ofstream file(temporary, std::ios::binary);
-  file << "ply\nformat binary_little_endian 1.0\n"
-       << "comment virtual scan, see datasets/README.md; seed " << datasets::example_seed << "\n"
-       << "element vertex " << positions.size()
-       << "\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
-  file.write(reinterpret_cast<const char*>(coordinates.data()),
-             static_cast<std::streamsize>(coordinates.size() * sizeof(float)));
-  file.close();
-  if (!file) throw OutputError(temporary + ": cannot be written");
-  std::filesystem::rename(temporary, path);
+/// Positions only, in single precision, as a scanner without further ado gives them.
+gpsrecon::PointCloud make_example() {
+  using namespace gpsrecon;
+  RunContext context;
+  context.seed = datasets::example_seed;
+  PointCloud example;
+  example.positions = datasets::scan(datasets::example_solid(), datasets::example_scan(), context).cloud.positions;
+  for (Vec3& p : example.positions) p = p.cast<float>().cast<double>();
+  return example;
 }
 
 }  // namespace
@@ -43,9 +27,7 @@ int main(int argc, char** argv) {
     return 2;
   }
   try {
-    RunContext context;
-    context.seed = datasets::example_seed;
-    write_ply(datasets::scan(datasets::example_solid(), datasets::example_scan(), context).cloud.positions, argv[1]);
+    gpsrecon::write_points(make_example(), argv[1]);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "%s: %s\n", argv[0], error.what());
     return 1;

@@ -39,12 +39,20 @@ foreach(header IN LISTS headers)
   endforeach()
 endforeach()
 
+# The program is the one that the README shows.
+file(READ ${SOURCE_DIR}/README.md readme)
+string(REGEX MATCH "```cpp\n([^`]+)```" block "${readme}")
+file(WRITE ${WORK_DIR}/main.cpp "${CMAKE_MATCH_1}")
 run("The program cannot be configured" ${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR}/consumer -B ${build}
   -G ${GENERATOR} -D CMAKE_BUILD_TYPE=${BUILD_TYPE} -D CMAKE_CXX_COMPILER=${CXX_COMPILER}
-  "-DCMAKE_CXX_FLAGS=${CXX_FLAGS}" -D CMAKE_PREFIX_PATH=${stage} -D INCLUDE_DIR=${stage}/include)
+  "-DCMAKE_CXX_FLAGS=${CXX_FLAGS}" -D CMAKE_PREFIX_PATH=${stage} -D INCLUDE_DIR=${stage}/include
+  -D MAIN=${WORK_DIR}/main.cpp)
 run("The program cannot be built" ${CMAKE_COMMAND} --build ${build})
-run("The program fails" ${build}/consumer)
-message("${output}")
+run("The program fails" ${build}/consumer ${BUILD_DIR}/datasets/example.ply ${WORK_DIR}/surface.ply)
+file(STRINGS ${WORK_DIR}/surface.ply faces REGEX "^element face [1-9]" LIMIT_COUNT 1)
+if(NOT faces)
+  message(FATAL_ERROR "The program wrote no faces")
+endif()
 
 find_program(program gpsrecon PATHS ${stage}/bin NO_DEFAULT_PATH)
 if(program)
@@ -53,4 +61,13 @@ if(program)
   if(at EQUAL -1)
     message(FATAL_ERROR "gpsrecon --version does not name version ${VERSION}: ${output}")
   endif()
+endif()
+
+# It finds its plug-in where the installation put it.
+file(GLOB_RECURSE plugin ${stage}/*/gpsrecon_pcd.so)
+if(program AND plugin)
+  file(WRITE ${WORK_DIR}/three.pcd
+    "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 3\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\n"
+    "POINTS 3\nDATA ascii\n0 0 0\n1 0 0\n0 1 0\n")
+  run("The installed program cannot read PCD files" ${program} info ${WORK_DIR}/three.pcd)
 endif()
