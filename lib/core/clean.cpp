@@ -1,8 +1,8 @@
-#include <algorithm>
-#include <bit>
 #include <gpsrecon/core/clean.h>
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/parallel.h>
+#include <algorithm>
+#include <bit>
 
 namespace gpsrecon {
 namespace {
@@ -19,8 +19,8 @@ std::vector<Index> finite_points(const PointCloud& cloud) {
   return finite;
 }
 
-/// Per axis the 1 % and 99 % quantiles, so that a few far points do not set the scale; widened to the full box on axes
-/// where the quantiles coincide.
+/// Per axis the 1 % and 99 % quantiles, so that a few far points do not set the scale; the full box if these coincide
+/// on all axes.
 Box robust_box(const std::vector<Vec3>& points, const std::vector<Index>& finite) {
   Box box;
   std::vector<double> values(finite.size());
@@ -34,11 +34,12 @@ Box robust_box(const std::vector<Vec3>& points, const std::vector<Index>& finite
     };
     box.low[axis] = at(low);
     box.high[axis] = at(high);
-    if (box.low[axis] == box.high[axis]) {
-      const auto [least, most] = std::minmax_element(values.begin(), values.end());
-      box.low[axis] = *least;
-      box.high[axis] = *most;
-    }
+  }
+  if (box.low != box.high) return box;
+  box.low = box.high = points[finite.front()];
+  for (const Index i : finite) {
+    box.low = box.low.cwiseMin(points[i]);
+    box.high = box.high.cwiseMax(points[i]);
   }
   return box;
 }

@@ -11,7 +11,7 @@ Eigen3 eigen_decomposition(const Sym3& a) {
 }
 
 double largest_eigenvalue(const Sym3& a) {
-  // Trigonometric solution of the characteristic cubic; the largest root is its well-conditioned one.
+  // Trigonometric solution of the characteristic cubic.
   const double mean = a.trace() / 3;
   const Sym3 b = a - Sym3::identity(mean);
   const double p2 = trace_of_product(b, b) / 6;

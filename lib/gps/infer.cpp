@@ -20,13 +20,15 @@ Sym3 corner_covariance(std::span<const Index> face, const std::vector<Vec3>& pos
   return covariance * (1 / static_cast<double>(face.size()));
 }
 
+/// Needs the largest eigenvalue in full: flat, round neighbourhoods are common, and there closed formulas lose half of
+/// the digits.
+Sym3 biased(const Sym3& covariance, double bias) {
+  return covariance + Sym3::identity(bias * eigen_decomposition(covariance).values[2]);
+}
+
 bool is_degenerate(const Sym3& covariance) {
   const Vec3 values = eigen_decomposition(covariance).values;
   return !(values[1] > degenerate_ratio * values[2]);
-}
-
-Sym3 biased(const Sym3& covariance, double bias) {
-  return covariance + Sym3::identity(bias * largest_eigenvalue(covariance));
 }
 
 /// Eq. 16 and 17: Σ = (Σ_j Σ_Δj⁻¹)⁻¹ over the faces j at a vertex; zero where there is none.

@@ -40,7 +40,7 @@ struct HemOptions {
   /// principal component analysis.
   bool normals = false;
   /// Called after every level, level 0 included, with the level's mixture. May be empty.
-  std::function<void(int level, const Mixture& mixture)> on_level;
+  std::function<void(int level, const Mixture& mixture)> on_level = nullptr;
 
   /// Throws OptionError naming the field and the value.
   void check() const;

@@ -13,10 +13,10 @@ namespace {
 
 // Records of the format that say nothing about the polygons.
 constexpr std::array ignored_records{
-    "vt",        "vp",    "l",        "p",        "g",    "o",      "s",   "mg",   "usemtl", "mtllib", "usemap",
-    "maplib",    "bevel", "c_interp", "d_interp", "lod",  "cstype", "deg", "bmat", "step",   "curv",   "curv2",
-    "surf",      "parm",  "trim",     "hole",     "scrv", "sp",     "end", "con",  "ctech",  "stech",  "shadow_obj",
-    "trace_obj", "call",  "csh",      "bsp",      "bzp",  "cdc",    "cdp", "res"};
+    "t",          "vt",        "vp",    "l",        "p",        "g",    "o",      "s",   "mg",   "usemtl", "mtllib",
+    "usemap",     "maplib",    "bevel", "c_interp", "d_interp", "lod",  "cstype", "deg", "bmat", "step",   "curv",
+    "curv2",      "surf",      "parm",  "trim",     "hole",     "scrv", "sp",     "end", "con",  "ctech",  "stech",
+    "shadow_obj", "trace_obj", "call",  "csh",      "bsp",      "bzp",  "cdc",    "cdp", "res"};
 
 class ObjReader {
  public:
@@ -111,9 +111,7 @@ class ObjReader {
     if (!parse_integer(text, index) || index == 0 || index >= no_index)
       fail(std::string("expected the index of a ") + what + ", found " + quote(field));
     if (index < 0) index += static_cast<std::int64_t>(count) + 1;
-    if (index < 1)
-      fail(std::string("expected the index of one of the ") + std::to_string(count) + " " + what +
-           (count == 1 ? "" : "s") + " so far, found " + quote(field));
+    if (index < 1) fail("expected an index of the " + std::to_string(count) + " so far, found " + quote(field));
     return static_cast<Index>(index - 1);
   }
 

@@ -144,9 +144,9 @@ void write_off(const Mesh& mesh, const std::string& path) {
     out.number(world.x()).number(world.y()).number(world.z(), '\n');
   }
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
-    out.number(mesh.faces[f].size());
-    for (const Index corner : mesh.faces[f]) out.number(corner);
-    out.text("\n");
+    const std::span<const Index> face = mesh.faces[f];
+    out.number(face.size(), face.empty() ? '\n' : ' ');
+    for (std::size_t k = 0; k < face.size(); ++k) out.number(face[k], k + 1 < face.size() ? ' ' : '\n');
   }
   out.commit();
 }

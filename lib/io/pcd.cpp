@@ -125,6 +125,10 @@ class HeaderReader {
       const char* const sizes = file_.bytes().data() + header_.body_offset;
       const std::uint64_t packed = load_little_endian(sizes), unpacked = load_little_endian(sizes + 4);
       if (packed > available - 8) fail_truncated(8 + packed);
+      constexpr std::uint64_t largest_ratio = 100;  // LZF packs at most 264 bytes into 3
+      if (unpacked > largest_ratio * packed)
+        file_.fail_at_byte(header_.body_offset, "expected compressed data of " + std::to_string(unpacked) +
+                                                    " bytes, found " + std::to_string(packed) + " to unpack");
       if (unpacked / header_.row_bytes != header_.rows || unpacked % header_.row_bytes != 0)
         file_.fail_at_byte(header_.body_offset + 4, "expected " + std::to_string(header_.rows) + " rows of " +
                                                         std::to_string(header_.row_bytes) + " bytes, found " +

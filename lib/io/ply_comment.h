@@ -6,15 +6,15 @@
 #include "ply_header.h"
 
 // Internal to lib/io: the comment by which files of this program carry what has no column,
-// "gpsrecon <version> frame <ox> <oy> <oz> <exponent> sigma0 <s> [spacing <a>]", sigma0 and spacing in world units,
-// 0 if unknown.
+// "gpsrecon <version> frame <ox> <oy> <oz> <exponent> sigma0 <s> spacing <a>", sigma0 and spacing in world units, 0 if
+// unknown. Comments without the last two words are read too.
 
 namespace gpsrecon::io {
 
 struct FrameComment {
   Frame frame;
   double sigma0 = 0;   ///< in units of the world
-  double spacing = 0;  ///< in units of the world
+  double spacing = 0;  ///< likewise
 };
 
 /// "gpsrecon <version>", which points and meshes carry too.

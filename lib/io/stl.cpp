@@ -1,6 +1,7 @@
 // Triangles in STL files, binary or text.
 
 #include <gpsrecon/core/error.h>
+#include <Eigen/Geometry>
 #include <array>
 #include <bit>
 #include <cstring>

@@ -46,6 +46,15 @@ std::vector<std::string> names_of(std::string_view line) {
   return column_roles(names).position ? names : std::vector<std::string>{};
 }
 
+// A header line is all words. What begins like a number, though it may not be one, is a row to complain about.
+bool are_words(const std::vector<std::string>& fields) {
+  double number;
+  return std::none_of(fields.begin(), fields.end(), [&number](const std::string& field) {
+    return field.empty() || std::string_view("0123456789+-.").find(field.front()) != std::string_view::npos ||
+           parse_number(field, number);
+  });
+}
+
 struct Names {
   std::vector<std::string> names;  // empty if there are none
   bool certain = false;            // from a header line; a comment may look like names and be prose
@@ -59,12 +68,7 @@ bool find_first_row(LineReader& lines, Names& names) {
       if (!header_seen) names = {names_of(*comment)};
       continue;
     }
-    const std::vector<std::string> fields = fields_of(lines.line());
-    double number;
-    if (header_seen || fields.empty() || parse_number(fields.front(), number)) return true;
-    // A header is all words; a row that merely begins badly is for the caller to complain about.
-    if (std::any_of(fields.begin(), fields.end(), [&number](const std::string& f) { return parse_number(f, number); }))
-      return true;
+    if (header_seen || !are_words(fields_of(lines.line()))) return true;
     header_seen = true;
     names = {names_of(lines.line()), true};
   }

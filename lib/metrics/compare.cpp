@@ -95,7 +95,7 @@ NormalReport compare_normals(const Mesh& from, const std::vector<Index>& from_fa
 
 DirectionReport one_way(const Mesh& from, const Mesh& to, const SurfaceDistance& surface, double diagonal,
                         std::size_t sample_count, std::uint64_t stream, const RunContext& context) {
-  const SurfaceSamples samples = sample_surface(from, sample_count, stream, context);
+  const AreaSamples samples = sample_surface(from, sample_count, stream, context);
   const std::vector<ClosestPoint> found = surface.distances(samples.positions, context);
   return {summarise(found, samples.positions, {}, from.frame, diagonal, context),
           compare_normals(from, samples.faces, to, found, context)};
@@ -108,7 +108,7 @@ void CompareOptions::check() const {
     throw OptionError("samples must be in [1, 1e9], not " + std::to_string(samples));
 }
 
-SurfaceSamples sample_surface(const Mesh& mesh, std::size_t count, std::uint64_t stream, const RunContext& context) {
+AreaSamples sample_surface(const Mesh& mesh, std::size_t count, std::uint64_t stream, const RunContext& context) {
   struct Triangle {
     Index a, b, c, face;
   };
@@ -128,7 +128,7 @@ SurfaceSamples sample_surface(const Mesh& mesh, std::size_t count, std::uint64_t
   const double total = area_before.back();
   if (!(total > 0) || !std::isfinite(total)) throw InvariantError("sampling: the surface has no finite, positive area");
 
-  SurfaceSamples samples;
+  AreaSamples samples;
   samples.positions.resize(count);
   samples.faces.resize(count);
   parallel_for(count, context, [&](std::size_t i) {

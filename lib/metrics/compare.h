@@ -17,7 +17,7 @@ struct CompareOptions {
 };
 
 /// Points on the faces of a mesh, in the units of its positions.
-struct SurfaceSamples {
+struct AreaSamples {
   std::vector<Vec3> positions;
   std::vector<Index> faces;  ///< face of each
 };
@@ -25,7 +25,7 @@ struct SurfaceSamples {
 /// `count` points uniform by area: the total area is cut into `count` equal strips in the order of the faces, and each
 /// gets one point (stratified sampling), drawn from (seed, stream). The same bytes for any number of threads.
 /// Throws InvariantError if the area is zero or not finite.
-SurfaceSamples sample_surface(const Mesh& mesh, std::size_t count, std::uint64_t stream,
+AreaSamples sample_surface(const Mesh& mesh, std::size_t count, std::uint64_t stream,
                               const RunContext& context = {});
 
 /// Distances of the points of a cloud to a surface in the cloud's frame, each counted with its weight (the number of

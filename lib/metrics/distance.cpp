@@ -22,6 +22,9 @@ constexpr std::size_t leaf_size = 4;
 /// with it the foot of the perpendicular, is mostly rounding then, and the edges are that close anyway.
 constexpr double sliver_ratio = 1e-10;
 
+/// Farther from the surface than this many times its size squares of squares would overflow.
+constexpr double farthest = 1e70;
+
 /// Boxes are kept in single precision, in coordinates with |x| <= 1. Widening by more than the rounding of box and
 /// query keeps every bound below the true distance; the relative part covers queries far outside.
 constexpr double box_margin = 0x1p-22;
@@ -272,7 +275,7 @@ std::size_t SurfaceDistance::Impl::nearest(const Vec3& query, std::size_t hint, 
       bound = bounds[near_side];
       node = 2 * node + near_side;
     }
-    if (bound > limit) continue;
+    if (!(bound <= limit)) continue;
     const std::size_t leaf = node - leaf_count;
     for (std::size_t i = first(leaf), end = first(leaf + 1); i < end; ++i) {
       const Vec3 candidate = offset(i, query);
@@ -325,16 +328,15 @@ namespace {
 /// last answer is a good bound for the next query, and the tree's nodes are still in the cache.
 std::vector<Index> visiting_order(std::span<const Vec3> points, const RunContext& context) {
   Vec3 low = points[0], high = points[0];
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    if (!points[i].allFinite()) throw InvariantError("distances: point " + std::to_string(i) + " is not finite");
-    low = low.cwiseMin(points[i]);
-    high = high.cwiseMax(points[i]);
+  for (const Vec3& p : points) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
   }
   const double size = (high - low).maxCoeff();
   std::vector<std::pair<std::uint64_t, Index>> keys(points.size());
   parallel_for(points.size(), context, [&](std::size_t i) {
     std::array<std::uint32_t, 3> cell{};
-    if (size > 0 && std::isfinite(size))
+    if (size > 0)
       for (int k = 0; k < 3; ++k)
         cell[static_cast<std::size_t>(k)] = static_cast<std::uint32_t>((points[i][k] - low[k]) / size * 0x1FFFFF);
     keys[i] = {morton_code(cell), static_cast<Index>(i)};
@@ -350,6 +352,10 @@ std::vector<Index> visiting_order(std::span<const Vec3> points, const RunContext
 std::vector<ClosestPoint> SurfaceDistance::distances(std::span<const Vec3> points, const RunContext& context) const {
   if (points.empty()) return {};
   if (empty()) throw InvariantError("distances: the surface has no faces");
+  for (std::size_t i = 0; i < points.size(); ++i)
+    if (!(((points[i] - impl_->center) * impl_->to_unit).cwiseAbs().maxCoeff() <= farthest))
+      throw InvariantError("distances: point " + std::to_string(i) +
+                           " is not finite or immensely far from the surface");
   const std::vector<Index> order = visiting_order(points, context);
   std::vector<ClosestPoint> results(points.size());
   constexpr std::size_t block_size = 1024;

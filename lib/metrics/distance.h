@@ -30,12 +30,14 @@ class SurfaceDistance {
   bool empty() const { return triangle_count() == 0; }
   std::size_t triangle_count() const;
 
-  /// About O(log n) near the surface. Precondition: not empty, finite query.
+  /// About O(log n) near the surface. Precondition: not empty; query finite and within 1e70 times the size of
+  /// the surface.
   ClosestPoint closest(const Vec3& query) const;
 
   /// One result per point, in the order of the points; the same bytes for any number of threads. Points may be given in
   /// any order (they are visited along a space-filling curve, each starting from the face found for the one before).
-  /// Throws InvariantError if the surface is empty or a point is not finite; Cancelled.
+  /// Throws InvariantError if the surface is empty or a point is not finite, or farther than 1e70 times the size of the
+  /// surface; Cancelled.
   std::vector<ClosestPoint> distances(std::span<const Vec3> points, const RunContext& context = {}) const;
 
  private:

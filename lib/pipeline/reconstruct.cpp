@@ -2,6 +2,7 @@
 #include <cmath>
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/parallel.h>
+#include <gpsrecon/io/io.h>
 #include <gpsrecon/metrics/compare.h>
 #include <gpsrecon/metrics/distance.h>
 #include <gpsrecon/metrics/mesh_measures.h>
@@ -37,12 +38,6 @@ void refuse_degenerate(const PointCloud& cloud) {
     across = std::max(across, (d - axis.dot(d) * axis).norm());
   }
   if (across <= collinear_ratio * along) throw NoSurfaceError("all points lie on a line: no surface");
-}
-
-/// The values that the file of the result gives back: what is in world coordinates there must not change in the last
-/// bit on the way out and in, or the stages run one by one would differ from the chain.
-void round_to_world(Mixture& mixture) {
-  for (Vec3& mean : mixture.means) mean = mixture.frame.to_local(mixture.frame.to_world(mean));
 }
 
 double kernel_width(const PreparedCloud& cloud, const ReconstructOptions& options, const RunContext& context,
@@ -178,7 +173,7 @@ Mixture mixture_stage(const PreparedCloud& cloud, const ReconstructOptions& opti
     if (options.hem.on_level) options.hem.on_level(level, mixture);
   };
   Mixture mixture = build_mixture(cloud.clean.cloud, hem, context);
-  round_to_world(mixture);
+  mixture = as_stored(mixture);  // so that the stages run one by one, through files, give the chain's bits
   described.components = mixture.size();
   described.weight = std::accumulate(mixture.weights.begin(), mixture.weights.end(), 0.0);
   return mixture;
@@ -189,7 +184,7 @@ CovMesh triangulate_stage(const Mixture& mixture, const ReconstructOptions& opti
   TriangulateOptions local = options.triangulate;
   if (options.sensor) local.sensor = mixture.frame.to_local(*options.sensor);
   Triangulation result = triangulate(mixture, local, context);
-  round_to_world(result.mesh.vertices);
+  result.mesh.vertices = as_stored(result.mesh.vertices);
   CovMeshReport& described = report.covmesh.emplace();
   described.leftover_components = result.leftover_components;
   described.leftover_weight = result.leftover_weight;
@@ -209,7 +204,7 @@ CovMesh fit_stage(CovMesh mesh, const PreparedCloud& cloud, const ReconstructOpt
   const bool same_frame = cloud.clean.cloud.frame == mesh.vertices.frame;
   mesh = same_frame ? fit(std::move(mesh), cloud.clean.cloud, options.fit, context)
                     : fit(std::move(mesh), in_frame(cloud.clean.cloud, mesh.vertices.frame), options.fit, context);
-  round_to_world(mesh.vertices);
+  mesh.vertices = as_stored(mesh.vertices);
   FitReport& described = report.fit.emplace();
   described.steps = options.fit.steps;
   const double unit = mesh.vertices.frame.scale();

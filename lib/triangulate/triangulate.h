@@ -17,9 +17,9 @@ struct TriangulateOptions {
   /// Boundary loops of at most this many edges that the mixture itself bridges are closed. Range: >= 0; 0 = none.
   int max_pinhole_edges = 24;
   /// Where the sensor stood, in the units of the means: open components are turned towards it.
-  std::optional<Vec3> sensor;
+  std::optional<Vec3> sensor = std::nullopt;
   /// Called from time to time with the faces so far (indices into the input mixture). May be empty.
-  std::function<void(std::size_t step, const FaceList& faces)> on_snapshot;
+  std::function<void(std::size_t step, const FaceList& faces)> on_snapshot = nullptr;
 
   /// Throws OptionError naming the field and the value.
   void check() const;

@@ -171,7 +171,10 @@ class Voxels {
  private:
   /// Whether the closed interval [2i, 2i + 2] contains the cell x.
   static bool touches(int x, int i) { return 2 * i <= x && x <= 2 * i + 2; }
-  std::size_t at(int x, int y, int z) const { return static_cast<std::size_t>((x * n_ + y) * n_ + z); }
+  std::size_t at(int x, int y, int z) const {
+    const auto n = static_cast<std::size_t>(n_);
+    return (static_cast<std::size_t>(x) * n + static_cast<std::size_t>(y)) * n + static_cast<std::size_t>(z);
+  }
   bool is_filled(int x, int y, int z) const {
     return x >= 0 && y >= 0 && z >= 0 && x < n_ && y < n_ && z < n_ && filled_[at(x, y, z)] != 0;
   }

@@ -20,7 +20,7 @@ CompareOptions samples(std::size_t n) {
 TEST(SampleSurface, IsUniformByArea) {
   const Mesh mesh = box(1, 2, 5);
   constexpr std::size_t n = 20000;
-  const SurfaceSamples s = sample_surface(mesh, n, 1);
+  const AreaSamples s = sample_surface(mesh, n, 1);
   ASSERT_EQ(s.positions.size(), n);
   const double total = surface_area(mesh.positions, mesh.faces);
   std::vector<double> count(mesh.faces.size(), 0);
@@ -47,7 +47,7 @@ TEST(SampleSurface, IsUniformWithinATriangle) {
   mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   mesh.faces.add(0, 1, 2);
   constexpr std::size_t n = 40000;
-  const SurfaceSamples s = sample_surface(mesh, n, 1);
+  const AreaSamples s = sample_surface(mesh, n, 1);
   // ∫x² and ∫xy over the triangle, divided by its area: 1/6 and 1/12.
   double xx = 0, xy = 0;
   for (const Vec3& p : s.positions) xx += p.x() * p.x() / n, xy += p.x() * p.y() / n;
@@ -59,7 +59,7 @@ TEST(SampleSurface, IsSeededAndSkipsFacesWithoutArea) {
   Mesh mesh = sphere(2);
   for (int i = 0; i < 5; ++i) mesh.faces.add(0, 0, 1);
   RunContext context;
-  const SurfaceSamples a = sample_surface(mesh, 1000, 1, context), b = sample_surface(mesh, 1000, 1, context);
+  const AreaSamples a = sample_surface(mesh, 1000, 1, context), b = sample_surface(mesh, 1000, 1, context);
   EXPECT_EQ(a.positions, b.positions);
   EXPECT_NE(a.positions, sample_surface(mesh, 1000, 2, context).positions);
   context.seed = 2;

@@ -295,6 +295,15 @@ TEST(Distance, RefusesWhatHasNoDistance) {
   const std::vector<Vec3> points{Vec3(0, 0, 0), Vec3(0, std::numeric_limits<double>::infinity(), 0)};
   EXPECT_THROW(SurfaceDistance(octahedron()).distances(points), InvariantError);
 
+  for (const double far : {1e60, 1e69}) {
+    const std::vector<Vec3> point{Vec3(0.1 * far, far, -far)};
+    EXPECT_NEAR(SurfaceDistance(octahedron()).distances(point)[0].distance / point[0].norm(), 1, 1e-12);
+  }
+  for (const double far : {1e75, 1e200, 1e308}) {
+    const std::vector<Vec3> point{Vec3(far, 0, -far)};
+    EXPECT_THROW(SurfaceDistance(octahedron()).distances(point), InvariantError);
+  }
+
   const std::atomic<bool> stop{true};
   RunContext context;
   context.cancel = &stop;

@@ -61,6 +61,12 @@ TEST(Statistics, WeightsAreMultiplicities) {
   EXPECT_EQ(weighted.max, counted.max);
 }
 
+TEST(Statistics, QuantilesAtAStepAgreeWithAndWithoutWeights) {
+  const std::vector<double> values{1, 2}, weights{2, 2}, repeated{1, 1, 2, 2};
+  EXPECT_EQ(statistics(repeated).median, 2);
+  EXPECT_EQ(statistics(values, weights).median, 2);
+}
+
 TEST(Statistics, OfEqualValuesAreThatValue) {
   for (const double v : {0.1, 1e-200, 1e200, 0.0}) {
     const Statistics s = statistics(std::vector<double>(10000, v));

@@ -1,0 +1,125 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <gpsrecon/core/error.h>
+#include <gpsrecon/hem/scale.h>
+#include <support/shapes.h>
+
+namespace gpsrecon {
+namespace {
+
+using test::Random;
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+
+/// The median of the Gamma distribution of order 8: of λπr² for the distance r to the 8th neighbour in a random
+/// sampling of λ points per area, where 9 points in the disc are counted.
+constexpr double median_gamma_8 = 7.66925;
+
+TEST(Scale, SpacingOfRandomSamplingIsEightPercentLow) {
+  for (const double radius : {1.0, 250.0}) {
+    const test::SampledShape sphere = test::random_sphere(40000, 21, radius);
+    const Scale scale = estimate_scale(sphere.cloud());
+    // The distance has a relative deviation of 1/(2√8); its median over N/9 independent ones is good to 0.35 %.
+    EXPECT_NEAR(scale.spacing / sphere.spacing(), std::sqrt(median_gamma_8 / 9), 0.012);
+    // There is no noise, but the cap of 48 points is as thick as its heights, uniform in [0, r²/2R], deviate.
+    const double cap = 48 / std::numbers::pi * sphere.spacing() * sphere.spacing() / (2 * radius);
+    EXPECT_NEAR(scale.noise, cap / std::sqrt(12), 0.05 * cap / std::sqrt(12));
+    EXPECT_NEAR(scale.sigma0, std::hypot(scale.spacing, scale.noise), 1e-12 * radius);
+  }
+}
+
+TEST(Scale, SpacingOfASquareGridIsExact) {
+  PointCloud cloud;
+  for (int x = 0; x < 60; ++x)
+    for (int y = 0; y < 60; ++y) cloud.positions.emplace_back(0.25 * x, 0.25 * y, 0);
+  // The 8th neighbour of all but the rim is the diagonal one.
+  EXPECT_NEAR(estimate_scale(cloud).spacing, 0.25 * std::sqrt(2 * std::numbers::pi / 9), 1e-14);
+}
+
+TEST(Scale, NoiseOfAThickPlane) {
+  for (const double share : {0.1, 0.3}) {
+    test::SampledShape plane = test::rectangle(20000, 10, 10, 22);
+    const double sigma = share * plane.spacing();
+    add_noise(plane, sigma, 23);
+    // A plane fitted to 48 points takes three degrees of freedom; the median of χ² with 45 is about 45 - 2/3.
+    const double expected = sigma * std::sqrt((45 - 2.0 / 3) / 48);
+    EXPECT_NEAR(estimate_scale(plane.cloud()).noise, expected, 0.03 * expected) << share;
+  }
+}
+
+TEST(Scale, LengthsFollowTheUnits) {
+  test::SampledShape shape = test::random_sphere(3000, 24);
+  add_noise(shape, 0.01, 25);
+  shape.points.push_back(Vec3(9, 9, 9));
+  const Scale reference = estimate_scale(shape.cloud());
+  for (const double factor : {1000.0, 0.3, std::ldexp(1.0, -9)}) {
+    PointCloud cloud = shape.cloud();
+    for (Vec3& p : cloud.positions) p *= factor;
+    const Scale scale = estimate_scale(cloud);
+    EXPECT_NEAR(scale.spacing / factor, reference.spacing, 1e-12);
+    EXPECT_NEAR(scale.noise / factor, reference.noise, 1e-12);
+    EXPECT_EQ(scale.isolated, reference.isolated);
+  }
+}
+
+TEST(Scale, IsolatedPointsAreFoundExactly) {
+  PointCloud cloud = test::fibonacci_sphere(2000).cloud();
+  std::vector<Index> planted;
+  Random random(26);
+  for (const Index at : {3U, 400U, 401U, 1999U, 2004U}) {
+    cloud.positions.insert(cloud.positions.begin() + at, (2 + random.uniform()) * random.direction());
+    planted.push_back(at);
+  }
+  EXPECT_EQ(estimate_scale(cloud).isolated, planted);
+  EXPECT_THAT(estimate_scale(cloud, {.isolation = 0}).isolated, testing::IsEmpty());
+  // From the planted points the 8th neighbour is at least at distance 1, everywhere else within a few spacings.
+  EXPECT_EQ(estimate_scale(cloud, {.isolation = 6}).isolated, planted);
+}
+
+TEST(Scale, FewPoints) {
+  for (std::size_t n = 0; n < 3; ++n) {
+    PointCloud cloud;
+    for (std::size_t i = 0; i < n; ++i) cloud.positions.emplace_back(static_cast<double>(i), 0, 0);
+    EXPECT_THAT([&] { estimate_scale(cloud); },
+                ThrowsMessage<NoSurfaceError>(HasSubstr(std::to_string(n) + " distinct points")));
+  }
+  PointCloud three;
+  three.positions = {Vec3(0, 0, 0), Vec3(3, 0, 0), Vec3(0, 4, 0)};
+  const Scale scale = estimate_scale(three);
+  // Farthest of the others: 4, 5, 5. A disc of that radius holds all three.
+  EXPECT_NEAR(scale.spacing, 5 * std::sqrt(std::numbers::pi / 3), 1e-14);
+  EXPECT_NEAR(scale.noise, 0, 1e-7);
+}
+
+TEST(Scale, PointsOnALineHaveNoThickness) {
+  PointCloud cloud;
+  for (int i = 0; i < 100; ++i) cloud.positions.push_back(0.1 * i * Vec3(1, 2, -2));
+  const Scale scale = estimate_scale(cloud);
+  EXPECT_NEAR(scale.spacing, 4 * 0.3 * std::sqrt(std::numbers::pi / 9), 1e-12);
+  EXPECT_NEAR(scale.noise, 0, 1e-7);
+}
+
+TEST(Scale, SameForAnyNumberOfThreads) {
+  test::SampledShape shape = test::random_sphere(30000, 27);
+  add_noise(shape, 0.01, 28);
+  RunContext context;
+  context.threads = 1;
+  const Scale reference = estimate_scale(shape.cloud(), {}, context);
+  for (const int threads : {2, 4, 8}) {
+    context.threads = threads;
+    const Scale scale = estimate_scale(shape.cloud(), {}, context);
+    EXPECT_EQ(scale.spacing, reference.spacing);
+    EXPECT_EQ(scale.noise, reference.noise);
+    EXPECT_EQ(scale.isolated, reference.isolated);
+  }
+}
+
+TEST(Scale, OptionsOutOfRangeNameTheField) {
+  for (const double isolation : {1.0, 0.5, -1.0, std::numeric_limits<double>::quiet_NaN()})
+    EXPECT_THAT([&] { estimate_scale(test::fibonacci_sphere(20).cloud(), {.isolation = isolation}); },
+                ThrowsMessage<OptionError>(HasSubstr("isolation")));
+}
+
+}  // namespace
+}  // namespace gpsrecon
