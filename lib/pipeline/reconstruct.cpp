@@ -1,5 +1,3 @@
-#include <Eigen/Eigenvalues>
-#include <cmath>
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/io/io.h>
@@ -8,6 +6,8 @@
 #include <gpsrecon/metrics/mesh_measures.h>
 #include <gpsrecon/metrics/resource_usage.h>
 #include <gpsrecon/pipeline/reconstruct.h>
+#include <Eigen/Eigenvalues>
+#include <cmath>
 #include <numeric>
 #include <string>
 
@@ -23,8 +23,7 @@ constexpr double collinear_ratio = 1e-9;
 
 void refuse_degenerate(const PointCloud& cloud) {
   const std::size_t n = cloud.size();
-  if (n < 3)
-    throw NoSurfaceError("no surface through " + std::to_string(n) + " distinct point" + (n == 1 ? "" : "s"));
+  if (n < 3) throw NoSurfaceError("no surface through " + std::to_string(n) + " distinct point" + (n == 1 ? "" : "s"));
   Vec3 mean = Vec3::Zero();
   for (const Vec3& p : cloud.positions) mean += p / static_cast<double>(n);
   Mat3 scatter = Mat3::Zero();
@@ -68,9 +67,8 @@ void describe_input(const PreparedCloud& cloud, std::size_t rows, ErrorReport& r
   report.input.emplace();
   report.input->points = rows;
   report.input->diagonal = report.diagonal;
-  report.dropped = {{"non_finite", cloud.clean.non_finite},
-                    {"duplicate", cloud.clean.duplicates},
-                    {"isolated", cloud.isolated}};
+  report.dropped = {
+      {"non_finite", cloud.clean.non_finite}, {"duplicate", cloud.clean.duplicates}, {"isolated", cloud.isolated}};
 }
 
 void describe_covmesh(const CovMesh& mesh, ErrorReport& report) {
@@ -81,9 +79,11 @@ void describe_covmesh(const CovMesh& mesh, ErrorReport& report) {
   described.boundary_loops = measure_boundary_loops(mesh.vertices.means, mesh.faces, mesh.vertices.frame);
 }
 
-/// Refined edges may be a little longer than the spacing, which is estimated somewhat low: a level more would quadruple the
-/// mesh for an accuracy that no longer changes.
-double edge_target(const CovMesh& mesh) { return 1.25 * mesh.vertices.spacing; }
+/// Refined edges may be a little longer than the spacing, which is estimated somewhat low: a level more would quadruple
+/// the mesh for an accuracy that no longer changes.
+double edge_target(const CovMesh& mesh) {
+  return 1.25 * mesh.vertices.spacing;
+}
 
 /// Subdivision, and what is known of the result without points.
 Reconstruction finish(CovMesh mesh, const ReconstructOptions& options, const RunContext& context, ErrorReport report,
@@ -153,6 +153,11 @@ PreparedCloud prepare(const PointCloud& world, const ScaleOptions& options, cons
     refuse_degenerate(prepared.clean.cloud);
   }
   prepared.diagonal = bounding_box_diagonal(prepared.clean.cloud.positions);
+  context.log(LogLevel::info, "points: " + std::to_string(world.size()) + " read, " +
+                                  std::to_string(prepared.clean.cloud.size()) + " distinct ones used; dropped " +
+                                  std::to_string(prepared.clean.non_finite) + " not finite, " +
+                                  std::to_string(prepared.isolated) + " isolated; merged " +
+                                  std::to_string(prepared.clean.duplicates) + " duplicates");
   return prepared;
 }
 
@@ -170,12 +175,16 @@ Mixture mixture_stage(const PreparedCloud& cloud, const ReconstructOptions& opti
   MixtureReport& described = report.mixture.emplace();
   hem.on_level = [&](int level, const Mixture& mixture) {
     described.levels.push_back(mixture.size());
+    context.log(LogLevel::debug,
+                "level " + std::to_string(level) + ": " + std::to_string(mixture.size()) + " Gaussians");
     if (options.hem.on_level) options.hem.on_level(level, mixture);
   };
   Mixture mixture = build_mixture(cloud.clean.cloud, hem, context);
   mixture = as_stored(mixture);  // so that the stages run one by one, through files, give the chain's bits
   described.components = mixture.size();
   described.weight = std::accumulate(mixture.weights.begin(), mixture.weights.end(), 0.0);
+  context.log(LogLevel::info, "mixture: " + std::to_string(mixture.size()) + " Gaussians after " +
+                                  std::to_string(described.levels.size() - 1) + " levels");
   return mixture;
 }
 
@@ -194,6 +203,9 @@ CovMesh triangulate_stage(const Mixture& mixture, const ReconstructOptions& opti
   described.closed_pinholes = result.closed_pinholes;
   described.flipped_components = result.flipped_components;
   describe_covmesh(result.mesh, report);
+  context.log(LogLevel::info, "triangulate: " + std::to_string(described.faces) + " faces over " +
+                                  std::to_string(described.vertices) + " Gaussians, " +
+                                  std::to_string(described.boundary_loops.size()) + " boundary loops");
   return std::move(result.mesh);
 }
 
@@ -214,6 +226,7 @@ CovMesh fit_stage(CovMesh mesh, const PreparedCloud& cloud, const ReconstructOpt
     described.max_shift = std::max(described.max_shift, shift);
   }
   describe_covmesh(mesh, report);
+  context.log(LogLevel::info, "fit: " + std::to_string(described.steps) + " steps");
   return mesh;
 }
 
@@ -224,6 +237,8 @@ Mesh subdivide_stage(const CovMesh& mesh, const ReconstructOptions& options, con
   Mesh refined = subdivide(mesh, subdivision, context);
   report.mesh = measure_mesh(refined, context);
   report.mesh->level = subdivision.levels;
+  context.log(LogLevel::info, "subdivide: " + std::to_string(refined.faces.size()) + " faces at level " +
+                                  std::to_string(subdivision.levels));
   if (report.diagonal == 0) report.diagonal = covmesh_diagonal(mesh);
   return refined;
 }

@@ -249,7 +249,7 @@ INSTANTIATE_TEST_SUITE_P(Files, BadFiles,
                                          BadFile{"happly_platonic_shelf_big_endian.ply", 0},
                                          BadFile{"pdal_issue_2421.ply", 4},  // one point
                                          BadFile{"trimesh_empty.ply", 3}, BadFile{"trimesh_points_emptyface.ply", 0}),
-                         [](const auto& instance) { return instance.param.name.substr(0, info.param.name.find('.')); });
+                         [](const auto& instance) { return instance.param.name.substr(0, instance.param.name.find('.')); });
 
 }  // namespace
 }  // namespace gpsrecon::test

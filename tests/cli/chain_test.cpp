@@ -71,7 +71,7 @@ TEST_F(ChainTest, report_follows_its_schema_and_names_the_input) {
   do_here({"in.ply", "out.ply", "--seed", "7"});
   const json r = report("out.report.json");
   const json schema = json::parse(read_file(GPSRECON_SOURCE_DIR "/docs/report.schema.json"));
-  EXPECT_THAT(schema_errors(schema, r), IsEmpty());
+  EXPECT_THAT(JsonSchema(schema).errors(r), IsEmpty());
   EXPECT_EQ(r.at("schema"), "gpsrecon.report/1");
   EXPECT_EQ(r.at("input").at("file"), "in.ply");
   EXPECT_EQ(r.at("input").at("format"), "ply");
@@ -346,7 +346,7 @@ TEST_F(ChainTest, compare_two_meshes) {
   EXPECT_THAT(same.out, IsEmpty());
   const json r = report("r.json");
   const json schema = json::parse(read_file(GPSRECON_SOURCE_DIR "/docs/report.schema.json"));
-  EXPECT_THAT(schema_errors(schema, r), IsEmpty());
+  EXPECT_THAT(JsonSchema(schema).errors(r), IsEmpty());
   EXPECT_EQ(r.at("command"), "compare");
 
   // An octahedron inscribed in the sphere is 1 - 1/√3 away from it in the middle of its faces.
@@ -367,7 +367,7 @@ TEST_F(ChainTest, compare_with_points) {
   const ProcessResult result = do_here({"compare", "out.ply", "in.ply", "--report", "-"});
   const json r = json::parse(result.out);
   const json schema = json::parse(read_file(GPSRECON_SOURCE_DIR "/docs/report.schema.json"));
-  EXPECT_THAT(schema_errors(schema, r), IsEmpty());
+  EXPECT_THAT(JsonSchema(schema).errors(r), IsEmpty());
   EXPECT_EQ(run_here({"compare", "out.ply", "in.ply", "--max-error", "0.1"}).exit_code, 0);
   EXPECT_EQ(run_here({"compare", "out.ply", "in.ply", "--max-error", "0.0001"}).exit_code, 7);
 }
