@@ -341,16 +341,17 @@ std::size_t split_vertices(Mixture& vertices, std::vector<Index>& component_of_v
 Specks drop_specks(const Mixture& vertices, FaceList& faces, double min_share) {
   const HalfEdges he = half_edges(faces, vertices.size());
   const Components components = face_components(faces, he);
+  // A vertex where components touch counts for each of them, once.
+  std::vector<std::pair<Index, Index>> members;  // component, vertex
+  members.reserve(faces.corners.size());
+  for (std::size_t h = 0; h < faces.corners.size(); ++h)
+    members.emplace_back(components.of_face[he.face[h]], faces.corners[h]);
+  std::sort(members.begin(), members.end());
+  members.erase(std::unique(members.begin(), members.end()), members.end());
   std::vector<double> weight(components.count, 0);
-  std::vector<Index> counted_for(vertices.size(), no_index);
+  for (const auto& [component, v] : members) weight[component] += vertices.weights[v];
   double total = 0;
   for (const double w : vertices.weights) total += w;
-  for (std::size_t h = 0; h < faces.corners.size(); ++h) {
-    const Index component = components.of_face[he.face[h]];
-    if (counted_for[faces.corners[h]] == component) continue;
-    counted_for[faces.corners[h]] = component;
-    weight[component] += vertices.weights[faces.corners[h]];
-  }
   // Never everything: the heaviest component stays whatever its share.
   const auto heaviest =
       static_cast<std::size_t>(std::max_element(weight.begin(), weight.end()) - weight.begin());
@@ -360,12 +361,19 @@ Specks drop_specks(const Mixture& vertices, FaceList& faces, double min_share) {
     if (c == heaviest || weight[c] >= min_share * total) continue;
     drop[c] = 1;
     ++specks.count;
-    specks.weight += weight[c];
   }
   FaceList kept;
   kept.reserve(faces.size(), faces.corners.size());
   for (std::size_t f = 0; f < faces.size(); ++f)
     if (!drop[components.of_face[f]]) kept.add(faces[f]);
+  // What is lost is the weight of the vertices that no face uses any more.
+  std::vector<char> counted(vertices.size(), 0);
+  for (const Index v : kept.corners) counted[v] = 1;
+  for (const auto& [component, v] : members) {
+    if (counted[v]) continue;
+    counted[v] = 1;
+    specks.weight += vertices.weights[v];
+  }
   faces = std::move(kept);
   return specks;
 }
