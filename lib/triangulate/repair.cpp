@@ -378,6 +378,17 @@ Specks drop_specks(const Mixture& vertices, FaceList& faces, double min_share) {
   return specks;
 }
 
+namespace {
+
+/// Positive if v points up the z axis, or, at right angles to it, the y axis, or else the x axis.
+double upward(const Vec3& v) {
+  for (const int axis : {2, 1})
+    if (std::abs(v[axis]) > 1e-6 * v.norm()) return v[axis];
+  return v.x();
+}
+
+}  // namespace
+
 std::size_t orient(const Mixture& vertices, FaceList& faces, const std::optional<Vec3>& sensor) {
   const HalfEdges he = half_edges(faces, vertices.size());
   const Components components = face_components(faces, he);
@@ -396,17 +407,21 @@ std::size_t orient(const Mixture& vertices, FaceList& faces, const std::optional
   }
   for (std::size_t h = 0; h < he.opposite.size(); ++h)
     if (he.opposite[h] == no_index) open[components.of_face[he.face[h]]] = 1;
-  std::vector<double> side(components.count, 0);
+  std::vector<double> side(components.count, 0), largest(components.count, 0);
+  std::vector<Vec3> vector_area(components.count, Vec3::Zero());
   for (std::size_t f = 0; f < faces.size(); ++f) {
     const Index c = components.of_face[f];
     const auto [center, normal] = face_vectors(f);
     // Flux of the field from the centroid: three times the enclosed volume if closed. Towards the sensor: each face
     // votes with its area, as seen, since near faces would otherwise decide alone.
-    if (open[c] && sensor)
-      side[c] += normal.dot((*sensor - center).normalized());
-    else
-      side[c] += normal.dot(center - centroid[c] / area[c]);
+    const Vec3 out = open[c] && sensor ? (*sensor - center).normalized() : Vec3(center - centroid[c] / area[c]);
+    side[c] += normal.dot(out);
+    largest[c] += normal.norm() * out.norm();
+    vector_area[c] += normal;
   }
+  // A flat sheet has no outside, and rounding must not choose one.
+  for (std::size_t c = 0; c < components.count; ++c)
+    if (std::abs(side[c]) <= 1e-9 * largest[c]) side[c] = upward(vector_area[c]);
   std::size_t flipped = 0;
   for (const double s : side) flipped += s < 0 ? 1 : 0;
   for (std::size_t f = 0; f < faces.size(); ++f)

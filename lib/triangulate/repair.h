@@ -26,7 +26,7 @@ struct Specks {
 Specks drop_specks(const Mixture& vertices, FaceList& faces, double min_share);
 
 /// Turns closed components outward (signed volume), open ones towards the sensor if it is known, else away from their
-/// centroid. Returns the number of components turned over.
+/// centroid, flat ones up (+z, if upright +y, else +x). Returns the number of components turned over.
 std::size_t orient(const Mixture& vertices, FaceList& faces, const std::optional<Vec3>& sensor);
 
 }  // namespace gpsrecon
