@@ -259,5 +259,45 @@ TEST(Repair, TurnsOutwardAndTowardsTheSensor) {
   }
 }
 
+TEST(Repair, RoundingDoesNotChooseTheSideOfAFlatSheet) {
+  // The flux from the centroid of a flat sheet is nothing but rounding, of another sign in other units.
+  Random random(42);
+  for (int trial = 0; trial < 20; ++trial) {
+    const Mat3 turn = Eigen::AngleAxisd(random.uniform(-3, 3), random.direction()).toRotationMatrix();
+    Mixture m;
+    FaceList faces;
+    for (Index i = 0; i < 30; ++i) {
+      const Vec3 p = turn * Vec3(i % 6 + random.uniform(0, 0.5), i / 6 + random.uniform(0, 0.5), 0);
+      m.means.push_back(p);
+      if (i % 6 == 5 || i >= 24) continue;
+      faces.add(i, i + 1, i + 7);
+      faces.add(i, i + 7, i + 6);
+    }
+    m.covariances.assign(m.size(), Sym3::identity(0.1));
+    m.weights.assign(m.size(), 1.0);
+    const bool up = turn(2, 2) > 0;
+    for (const double factor : {1.0, 1000.0, 0.3, 1e-5}) {
+      Mixture scaled = m;
+      for (Vec3& mean : scaled.means) mean *= factor;
+      FaceList turned = faces;
+      EXPECT_EQ(orient(scaled, turned, std::nullopt), up ? 0U : 1U);
+      EXPECT_GT(test::area_vector(turned, 0, scaled.means).z(), 0);
+    }
+  }
+  const auto upright = [](const Vec3& u, const Vec3& v) {
+    Mixture m;
+    m.means = {Vec3(1, 2, 3), Vec3(1, 2, 3) + u, Vec3(1, 2, 3) + v};
+    m.covariances.assign(3, Sym3::identity(0.1));
+    m.weights.assign(3, 1.0);
+    FaceList faces;
+    faces.add(0, 1, 2);
+    orient(m, faces, std::nullopt);
+    return Vec3(test::area_vector(faces, 0, m.means).normalized());
+  };
+  EXPECT_EQ(upright(Vec3::UnitX(), Vec3::UnitZ()), Vec3::UnitY());
+  EXPECT_EQ(upright(Vec3::UnitZ(), Vec3::UnitX()), Vec3::UnitY());
+  EXPECT_EQ(upright(Vec3::UnitZ(), Vec3::UnitY()), Vec3::UnitX());
+}
+
 }  // namespace
 }  // namespace gpsrecon
