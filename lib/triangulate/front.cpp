@@ -46,7 +46,9 @@ std::vector<Vec3> sheet_normals(const Mixture& mixture, const RunContext& contex
   const double kernel = mixture.sigma0 * mixture.sigma0;
   parallel_for(mixture.size(), context, [&](std::size_t i) {
     const Eigen3 e = eigen_decomposition(mixture.covariances[i]);
-    const bool flat = e.values[0] - kernel <= 0.25 * (e.values[1] - kernel);
+    // What never merged is the kernel, up to rounding, and has no axes of its own.
+    const bool merged = e.values[1] > (1 + 1e-9) * kernel;
+    const bool flat = merged && e.values[0] - kernel <= 0.25 * (e.values[1] - kernel);
     normals[i] = flat ? Vec3(e.vectors.col(0)) : Vec3::Zero();
   });
   return normals;

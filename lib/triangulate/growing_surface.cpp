@@ -15,9 +15,13 @@ Index before(const GrowingSurface::Triangle& t, Index v) { return t[static_cast<
 GrowingSurface::GrowingSurface(const std::vector<Vec3>& positions) : positions_(positions), around_(positions.size()) {}
 
 Vec3 GrowingSurface::unit_normal(Index a, Index b, Index c) const {
-  const Vec3 n = (positions_[b] - positions_[a]).cross(positions_[c] - positions_[a]);
+  const Vec3 ab = positions_[b] - positions_[a], ac = positions_[c] - positions_[a];
+  const Vec3 n = ab.cross(ac);
   const double length = n.norm();
-  return length > 0 ? Vec3(n / length) : Vec3::Zero();
+  // Below this height over the longest side the direction is that of rounding errors.
+  constexpr double flat = 1e-9;
+  const double longest = std::max({ab.squaredNorm(), ac.squaredNorm(), (ac - ab).squaredNorm()});
+  return length > flat * longest ? Vec3(n / length) : Vec3::Zero();
 }
 
 Index GrowingSurface::add(const Triangle& t) {

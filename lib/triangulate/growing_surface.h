@@ -48,6 +48,7 @@ class GrowingSurface {
   /// Some fan of v is open, or v is unused.
   bool can_grow(Index v) const;
 
+  /// Zero if the three corners are on a line, to nine digits.
   Vec3 unit_normal(Index a, Index b, Index c) const;
 
   FaceList faces() const;

@@ -341,16 +341,17 @@ std::size_t split_vertices(Mixture& vertices, std::vector<Index>& component_of_v
 Specks drop_specks(const Mixture& vertices, FaceList& faces, double min_share) {
   const HalfEdges he = half_edges(faces, vertices.size());
   const Components components = face_components(faces, he);
+  // A vertex where components touch counts for each of them, once.
+  std::vector<std::pair<Index, Index>> members;  // component, vertex
+  members.reserve(faces.corners.size());
+  for (std::size_t h = 0; h < faces.corners.size(); ++h)
+    members.emplace_back(components.of_face[he.face[h]], faces.corners[h]);
+  std::sort(members.begin(), members.end());
+  members.erase(std::unique(members.begin(), members.end()), members.end());
   std::vector<double> weight(components.count, 0);
-  std::vector<Index> counted_for(vertices.size(), no_index);
+  for (const auto& [component, v] : members) weight[component] += vertices.weights[v];
   double total = 0;
   for (const double w : vertices.weights) total += w;
-  for (std::size_t h = 0; h < faces.corners.size(); ++h) {
-    const Index component = components.of_face[he.face[h]];
-    if (counted_for[faces.corners[h]] == component) continue;
-    counted_for[faces.corners[h]] = component;
-    weight[component] += vertices.weights[faces.corners[h]];
-  }
   // Never everything: the heaviest component stays whatever its share.
   const auto heaviest =
       static_cast<std::size_t>(std::max_element(weight.begin(), weight.end()) - weight.begin());
@@ -360,15 +361,33 @@ Specks drop_specks(const Mixture& vertices, FaceList& faces, double min_share) {
     if (c == heaviest || weight[c] >= min_share * total) continue;
     drop[c] = 1;
     ++specks.count;
-    specks.weight += weight[c];
   }
   FaceList kept;
   kept.reserve(faces.size(), faces.corners.size());
   for (std::size_t f = 0; f < faces.size(); ++f)
     if (!drop[components.of_face[f]]) kept.add(faces[f]);
+  // What is lost is the weight of the vertices that no face uses any more.
+  std::vector<char> counted(vertices.size(), 0);
+  for (const Index v : kept.corners) counted[v] = 1;
+  for (const auto& [component, v] : members) {
+    if (counted[v]) continue;
+    counted[v] = 1;
+    specks.weight += vertices.weights[v];
+  }
   faces = std::move(kept);
   return specks;
 }
+
+namespace {
+
+/// Positive if v points up the z axis, or, at right angles to it, the y axis, or else the x axis.
+double upward(const Vec3& v) {
+  for (const int axis : {2, 1})
+    if (std::abs(v[axis]) > 1e-6 * v.norm()) return v[axis];
+  return v.x();
+}
+
+}  // namespace
 
 std::size_t orient(const Mixture& vertices, FaceList& faces, const std::optional<Vec3>& sensor) {
   const HalfEdges he = half_edges(faces, vertices.size());
@@ -388,17 +407,21 @@ std::size_t orient(const Mixture& vertices, FaceList& faces, const std::optional
   }
   for (std::size_t h = 0; h < he.opposite.size(); ++h)
     if (he.opposite[h] == no_index) open[components.of_face[he.face[h]]] = 1;
-  std::vector<double> side(components.count, 0);
+  std::vector<double> side(components.count, 0), largest(components.count, 0);
+  std::vector<Vec3> vector_area(components.count, Vec3::Zero());
   for (std::size_t f = 0; f < faces.size(); ++f) {
     const Index c = components.of_face[f];
     const auto [center, normal] = face_vectors(f);
     // Flux of the field from the centroid: three times the enclosed volume if closed. Towards the sensor: each face
     // votes with its area, as seen, since near faces would otherwise decide alone.
-    if (open[c] && sensor)
-      side[c] += normal.dot((*sensor - center).normalized());
-    else
-      side[c] += normal.dot(center - centroid[c] / area[c]);
+    const Vec3 out = open[c] && sensor ? (*sensor - center).normalized() : Vec3(center - centroid[c] / area[c]);
+    side[c] += normal.dot(out);
+    largest[c] += normal.norm() * out.norm();
+    vector_area[c] += normal;
   }
+  // A flat sheet has no outside, and rounding must not choose one.
+  for (std::size_t c = 0; c < components.count; ++c)
+    if (std::abs(side[c]) <= 1e-9 * largest[c]) side[c] = upward(vector_area[c]);
   std::size_t flipped = 0;
   for (const double s : side) flipped += s < 0 ? 1 : 0;
   for (std::size_t f = 0; f < faces.size(); ++f)

@@ -18,14 +18,15 @@ std::size_t close_pinholes(GrowingSurface& surface, const Mixture& mixture, cons
 std::size_t split_vertices(Mixture& vertices, std::vector<Index>& component_of_vertex, FaceList& faces);
 
 struct Specks {
-  std::size_t count = 0;
-  double weight = 0;
+  std::size_t count = 0;  ///< components of faces removed
+  double weight = 0;      ///< of the vertices that no face uses any more
 };
-/// Removes connected components of faces whose vertices carry less than `min_share` of the weight of the mixture.
+/// Removes connected components of faces whose vertices carry less than `min_share` of the weight of the mixture; the
+/// heaviest one stays.
 Specks drop_specks(const Mixture& vertices, FaceList& faces, double min_share);
 
 /// Turns closed components outward (signed volume), open ones towards the sensor if it is known, else away from their
-/// centroid. Returns the number of components turned over.
+/// centroid, flat ones up (+z, if upright +y, else +x). Returns the number of components turned over.
 std::size_t orient(const Mixture& vertices, FaceList& faces, const std::optional<Vec3>& sensor);
 
 }  // namespace gpsrecon

@@ -124,6 +124,7 @@ void expect_levels_by_brute_force(const PointCloud& cloud, const HemOptions& opt
   context.seed = seed;
   const std::vector<Mixture> all = levels(cloud, options, context);
   ASSERT_GE(all.size(), 2U);
+  const double diagonal = bounding_box_diagonal(cloud.positions);
   std::size_t orphans = 0, merged = 0;
   for (std::size_t l = 0; l + 1 < all.size(); ++l) {
     const Mixture& next = all[l + 1];
@@ -134,7 +135,7 @@ void expect_levels_by_brute_force(const PointCloud& cloud, const HemOptions& opt
       const Vec3 values = eigen_decomposition(next.covariances[s]).values;
       ASSERT_GT(values[0], 2e-6 * values[2]);
       EXPECT_NEAR(next.weights[s], brute.next.weights[s], 1e-10 * brute.next.weights[s]);
-      EXPECT_LT((next.means[s] - brute.next.means[s]).norm(), 1e-10);
+      EXPECT_LT((next.means[s] - brute.next.means[s]).norm(), 1e-10 * diagonal);
       EXPECT_LT((next.covariances[s].matrix() - brute.next.covariances[s].matrix()).norm(), 1e-10 * values[2]);
       if (!next.normals.empty()) {
         EXPECT_LT((next.normals[s] - brute.next.normals[s]).norm(), 1e-10);
@@ -177,6 +178,17 @@ TEST(Hem, LevelsWithWeightsNormalsAndLocalCovariancesAreThoseOfTheEquations) {
       expect_levels_by_brute_force(
           cloud, {.sigma0 = 0.03, .spacing = 0.05, .parent_probability = 0.4, .initial = initial, .normals = true},
           seed);
+  }
+}
+
+TEST(Hem, LikelihoodsBeyondTheRangeOfNumbersAreThoseOfTheEquations) {
+  // A likelihood is a power of the weight of the child: for heavy points exp() of its logarithm is 0 or infinite.
+  for (const double unit : {1e-3, 1.0, 1e3}) {
+    PointCloud cloud = random_cloud(300, 145);
+    Random random(146);
+    for (Vec3& p : cloud.positions) p *= unit;
+    for (std::size_t i = 0; i < cloud.size(); ++i) cloud.weights.push_back(300 + random.uniform(0, 300));
+    expect_levels_by_brute_force(cloud, {.sigma0 = 0.07 * unit}, 1);
   }
 }
 
