@@ -228,7 +228,8 @@ Mixture build_mixture(const PointCloud& cloud, const HemOptions& given, const Ru
   const bool needs_spacing = options.initial == InitialCovariance::local || options.balance;
   if (options.sigma0 == 0 || (options.spacing == 0 && needs_spacing)) {
     const Scale scale = estimate_scale(cloud, {}, context);
-    if (options.sigma0 == 0) options.sigma0 = scale.sigma0;
+    if (options.sigma0 == 0) 
+      options.sigma0 = options.initial == InitialCovariance::local ? scale.sigma0_local : scale.sigma0;
     if (options.spacing == 0) options.spacing = scale.spacing;
   }
   if (!(options.sigma0 > 0)) throw NoSurfaceError("the points coincide: their spacing is zero");

@@ -78,6 +78,7 @@ Scale estimate_scale(const PointCloud& cloud, const ScaleOptions& options, const
   scale.spacing = typical * std::sqrt(std::numbers::pi / static_cast<double>(k + 1));
   scale.noise = median(thicknesses(cloud.positions, index, context));
   scale.sigma0 = std::hypot(scale.spacing, scale.noise);
+  scale.sigma0_local = std::hypot(0.4 * scale.spacing, 1.6 * scale.noise);
   if (options.isolation > 0)
     for (std::size_t i = 0; i < n; ++i)
       if (distances[i] > options.isolation * typical) scale.isolated.push_back(static_cast<Index>(i));

@@ -18,7 +18,10 @@ struct ScaleOptions {
 struct Scale {
   double spacing = 0;  ///< A: side of the area per point
   double noise = 0;    ///< ν: standard deviation of the points across the surface, median over the cloud
-  double sigma0 = 0;   ///< standard deviation of the kernel each point gets: sqrt(A² + ν²)
+  double sigma0 = 0;   ///< kernel width for isotropic first Gaussians: sqrt(A² + ν²)
+  /// Kernel width for first Gaussians of local covariance, which span the spacing by themselves: sqrt((0.4 A)² +
+  /// (1.6 ν)²). Just wide enough that the sheet is one Gaussian thick, in clean scans as in noisy ones.
+  double sigma0_local = 0;
   std::vector<Index> isolated;  ///< points that are too far from all others to belong to a surface, ascending
 };
 

@@ -16,7 +16,7 @@ namespace {
 
 /// Below this share of the automatic width the sheet is several Gaussians thick and falls apart in the triangulation
 /// (hundreds of boundary loops on scans of closed shapes).
-constexpr double sheet_threshold = 0.9;
+constexpr double sheet_threshold = 0.8;
 
 /// Refused when the second largest principal deviation is below this share of the largest: the points are on a line.
 constexpr double collinear_ratio = 1e-9;
@@ -46,8 +46,10 @@ double kernel_width(const PreparedCloud& cloud, const ReconstructOptions& option
     choice = "given, relative to the diagonal";
     return options.sigma0_rel * cloud.diagonal;
   }
-  choice = "sqrt(spacing^2 + noise^2)";
-  if (options.detail == 1) return scale.sigma0;
+  const bool local = options.hem.initial == InitialCovariance::local;
+  const double automatic = local ? scale.sigma0_local : scale.sigma0;
+  choice = local ? "sqrt((0.4 spacing)^2 + (1.6 noise)^2)" : "sqrt(spacing^2 + noise^2)";
+  if (options.detail == 1) return automatic;
   double factor = 1 / options.detail;
   choice += ", divided by detail " + std::to_string(options.detail);
   if (factor < sheet_threshold) {
@@ -59,7 +61,7 @@ double kernel_width(const PreparedCloud& cloud, const ReconstructOptions& option
     context.warn(warning);
     report.warnings.push_back(warning);
   }
-  return factor * scale.sigma0;
+  return factor * automatic;
 }
 
 void describe_input(const PreparedCloud& cloud, std::size_t rows, ErrorReport& report) {
