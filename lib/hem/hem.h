@@ -10,7 +10,9 @@ namespace gpsrecon {
 /// The Gaussian each point starts as.
 enum class InitialCovariance {
   isotropic,  ///< σ0² I
-  local,      ///< (A/√λmax)² · covariance of the neighbours + σ0² I
+  /// (A/√λmax)² · covariance of the neighbours + σ0² I; A is the spacing of the cloud, up to three times that where the
+  /// neighbours are clearly sparser
+  local,
 };
 
 /// How build_mixture reduces points to Gaussians.

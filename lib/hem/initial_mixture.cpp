@@ -2,6 +2,7 @@
 #include <gpsrecon/core/neighbors.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/hem/initial_mixture.h>
+#include <numbers>
 
 namespace gpsrecon {
 namespace {
@@ -14,6 +15,19 @@ Sym3 local_covariance(const std::vector<Vec3>& points, const Vec3& center, const
   Sym3 covariance;
   for (const Neighbor& n : near) covariance += share * Sym3::outer(points[n.index] - center - mean);
   return covariance;
+}
+
+/// Largest spacing a point is given, in spacings of the cloud.
+constexpr double max_sparseness = 3;
+/// Share of a sparse point's additional squared spacing that widens its kernel too, as in Scale::sigma0_local.
+constexpr double kernel_share = 0.4 * 0.4;
+
+/// Squared spacing around a point: that of the cloud, but more where the points are clearly sparser, or the Gaussians
+/// there would not overlap. k points spread evenly over a disc at spacing A have λmax = k A²/(4π); the factor 0.6 keeps
+/// the scatter of that estimate from widening Gaussians of an even cloud.
+double squared_local_spacing(double largest_eigenvalue, std::size_t k, double spacing) {
+  const double estimate = 0.6 * 4 * std::numbers::pi * largest_eigenvalue / static_cast<double>(k);
+  return std::clamp(estimate, spacing * spacing, max_sparseness * max_sparseness * spacing * spacing);
 }
 
 /// Weights w_i = 1/v_i, v_i = Σ_j w_j θ(|p_i - p_j|), θ(r) = exp(-r²/(h/4)²) (Preiner et al. 2014, Eq. 25-26),
@@ -76,7 +90,9 @@ Mixture initial_mixture(const PointCloud& cloud, const HemOptions& options, cons
             if (estimate_normals) mixture.normals[i] = e.vectors.col(0);
             if (local && e.values[2] > 0) {
               // Scaled so that its largest deviation is the spacing: comparable from point to point, whatever k was.
-              mixture.covariances[i] += options.spacing * options.spacing / e.values[2] * covariance;
+              const double spacing2 = squared_local_spacing(e.values[2], near.size(), options.spacing);
+              mixture.covariances[i] += spacing2 / e.values[2] * covariance;
+              mixture.covariances[i] += Sym3::identity(kernel_share * (spacing2 - options.spacing * options.spacing));
             }
           }
         },

@@ -6,7 +6,8 @@
 namespace gpsrecon {
 
 struct ScaleOptions {
-  /// A point whose 8th neighbour is farther than this many times the median such distance is isolated and dropped.
+  /// A point whose 8th neighbour is farther than this many times the median such distance is isolated and dropped,
+  /// unless the points around it are as sparse and lie in a sheet.
   /// Range: > 1; 0 = keep all.
   double isolation = 4;
 

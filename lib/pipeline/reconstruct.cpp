@@ -84,7 +84,7 @@ void describe_covmesh(const CovMesh& mesh, ErrorReport& report) {
 /// Refined edges may be a little longer than the spacing, which is estimated somewhat low: a level more would quadruple
 /// the mesh for an accuracy that no longer changes.
 double edge_target(const CovMesh& mesh) {
-  return 1.25 * mesh.vertices.spacing;
+  return 1.5 * mesh.vertices.spacing;
 }
 
 /// Subdivision, and what is known of the result without points.

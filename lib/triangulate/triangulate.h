@@ -13,7 +13,7 @@ struct TriangulateOptions {
   /// Smallest dihedral angle between neighbouring triangles, in radians; π is flat. Range: [0, π).
   double min_dihedral = 0.5235987755982988;  // π/6
   /// Connected components with less than this share of the total weight are dropped. Range: [0, 1).
-  double min_component_share = 0.005;
+  double min_component_share = 0.001;
   /// Boundary loops of at most this many edges that the mixture itself bridges are closed. Range: >= 0; 0 = none.
   int max_pinhole_edges = 24;
   /// Where the sensor stood, in the units of the means: open components are turned towards it.
