@@ -94,8 +94,19 @@ Format input_format(const InputFile& file) {
   return format;
 }
 
+// The whole file. A large file that will not be read anyway is refused by its first bytes; a pipe has no second
+// reading.
+InputFile open_input(const std::string& path) {
+  constexpr std::size_t magic_bytes = 16;
+  const Format format = format_of(path);
+  std::error_code ignored;
+  if ((format == Format::foreign || format == Format::unknown) && std::filesystem::is_regular_file(path, ignored))
+    input_format(InputFile(path, magic_bytes));
+  return InputFile(path);
+}
+
 InputFile require_ply(const std::string& path, const char* what) {
-  InputFile file(path);
+  InputFile file = open_input(path);
   if (input_format(file) != Format::ply) file.fail(std::string("expected a PLY file of ") + what);
   return file;
 }
@@ -158,7 +169,7 @@ FileKind probe_file(const std::string& path) {
 }
 
 PointCloud read_points(const std::string& path) {
-  const InputFile file(path);
+  const InputFile file = open_input(path);
   switch (const Format format = input_format(file)) {
     case Format::ply:
       return io::read_ply_points(file);
@@ -180,7 +191,7 @@ CovMesh read_covmesh(const std::string& path) {
 }
 
 Mesh read_mesh(const std::string& path) {
-  const InputFile file(path);
+  const InputFile file = open_input(path);
   return read_mesh_as(file, input_format(file));
 }
 

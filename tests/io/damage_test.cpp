@@ -3,6 +3,7 @@
 #include <gpsrecon/core/error.h>
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <functional>
 
 #include "small_files.h"
@@ -77,7 +78,8 @@ TEST_P(SmallFile, ChangedAnywhereIsAnErrorOrAResult) {
 #endif
   const TemporaryFolder folder;
   const std::string path = folder / name();
-  constexpr std::uint64_t rounds = 600;
+  const char* const wanted = std::getenv("GPSRECON_FUZZ_ROUNDS");  // more of the same, for a long run by hand
+  const std::uint64_t rounds = wanted != nullptr ? std::strtoull(wanted, nullptr, 10) : 600;
   for (std::uint64_t round = 0; round < rounds; ++round) {
     std::string damaged = bytes();
     const std::uint64_t changes = 1 + random_bits(round, 0, 0) % 4;
