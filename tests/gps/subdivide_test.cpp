@@ -276,6 +276,18 @@ TEST(Subdivide, KeepsPrecisionForFlatGaussiansFarApart) {
   EXPECT_LT(max_distance(subdivide(turned).positions, expected), 1e-8);
 }
 
+TEST(Subdivide, KeepsPrecisionFarFromTheOrigin) {
+  const CovMesh control = with_random_covariances(open_irregular_mesh(), 26, 1e-5, 1);
+  CovMesh far = control;
+  const Vec3 shift(0x1p20, -0x1p21, 0x1p22);
+  for (Vec3& mean : far.vertices.means) mean += shift;
+  // The means themselves lose 2^-31 at such coordinates, and the map to the surface enlarges that.
+  const std::vector<Vec3> near = subdivide(control).positions;
+  std::vector<Vec3> back = subdivide(far).positions;
+  for (Vec3& p : back) p -= shift;
+  EXPECT_LT(max_distance(back, near), 1e-7);
+}
+
 TEST(Subdivide, SurvivesMeshesWithoutTangentPlanes) {
   CovMesh pillow = with_random_covariances(make_mesh({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}, {0, 2, 1}}), 1);
   CovMesh needle = with_equal_covariances(make_mesh({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, {{0, 1, 2}}), Sym3::identity());
