@@ -11,7 +11,7 @@ scripts/build.sh -DGPSRECON_BUILD_BENCHMARKS=ON
 OMP_WAIT_POLICY=PASSIVE
 export OMP_WAIT_POLICY
 found=no
-for program in build/release/bin/bench_*; do
+for program in build/release/bin/*_bench; do
   [ -x "$program" ] || continue
   found=yes
   echo
