@@ -125,15 +125,22 @@ TEST(InitialMixture, BalancedWeightsAreEqualPerArea) {
 }
 
 TEST(InitialMixture, BalanceCountsCoincidentPoints) {
-  // A point of weight two is as dense as two points: all the grid with weight 2 is balanced to weight 2 again.
-  PointCloud cloud;
-  for (int x = 0; x < 30; ++x)
-    for (int y = 0; y < 30; ++y) cloud.positions.emplace_back(x, y, 0);
-  const HemOptions options{.sigma0 = 1, .spacing = 1, .balance = true};
-  const Mixture single = initial_mixture(cloud, options, {});
-  cloud.weights.assign(900, 2.0);
-  const Mixture twice = initial_mixture(cloud, options, {});
-  for (std::size_t i = 0; i < 900; ++i) EXPECT_NEAR(twice.weights[i], 2 * single.weights[i], 1e-12);
+  // A point of weight three is as dense, and as heavy, as three points.
+  Random random(35);
+  PointCloud merged, apart;
+  for (int i = 0; i < 400; ++i) {
+    merged.positions.push_back(random.in_cube(0, 5));
+    merged.weights.push_back(static_cast<double>(1 + random.below(3)));
+    for (int k = 0; k < merged.weights.back(); ++k) apart.positions.push_back(merged.positions.back());
+  }
+  const HemOptions options{.sigma0 = 1, .spacing = 0.5, .balance = true};
+  const Mixture one = initial_mixture(merged, options, {}), many = initial_mixture(apart, options, {});
+  for (std::size_t i = 0, k = 0; i < one.size(); ++i) {
+    double together = 0;
+    for (const std::size_t end = k + static_cast<std::size_t>(merged.weights[i]); k < end; ++k)
+      together += many.weights[k];
+    EXPECT_NEAR(one.weights[i], together, 1e-12);
+  }
 }
 
 }  // namespace
