@@ -4,6 +4,7 @@
 
 #include <gpsrecon/io/io.h>
 #include <gpsrecon/io/output_file.h>
+#include <algorithm>
 #include <filesystem>
 
 namespace gpsrecon::cli {
@@ -41,6 +42,7 @@ Outputs::Outputs(const GlobalOptions& options, const std::vector<std::string>& i
   for (const std::string& input : inputs)
     if (!options.log_file.empty() && canonical(input) == canonical(options.log_file))
       throw OptionError("--log-file: " + input + " is an input");
+  if (options.log_file == "-") throw OptionError("--log-file: expected a file, got '-'");
   plan(options.log_file);
 }
 
@@ -62,7 +64,9 @@ void Outputs::plan(const std::string& path, bool mesh_format) {
 
 void Outputs::plan_folder(const std::string& path) {
   if (path.empty()) return;
-  check_writable(fs::is_directory(path) ? (fs::path(path) / "level").string() : path);
+  fs::path folder(path);
+  if (!folder.has_filename()) folder = folder.parent_path();  // "folder/"
+  check_writable((fs::is_directory(folder) ? folder / "level" : folder).string());
 }
 
 void Outputs::stage(const std::string& path, const Writer& write) {
@@ -89,6 +93,8 @@ void Outputs::commit(const RunContext& context) {
     std::error_code error;
     fs::rename(file.temporary, file.target, error);
     if (error) throw OutputError(file.target + ": cannot be written: " + error.message());
+    const bool is_planned = std::find(planned_.begin(), planned_.end(), file.target) != planned_.end();
+    context.log(is_planned ? LogLevel::info : LogLevel::debug, "wrote " + file.target);
   }
   staged_.clear();
   created_folder_.clear();

@@ -14,6 +14,7 @@ namespace {
 
 using testing::AllOf;
 using testing::AnyOf;
+using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -24,14 +25,14 @@ using testing::StartsWith;
 void expect_refused(const std::string& name, const std::string& content, int exit_code,
                     const std::string& reason = "") {
   TemporaryFolder folder;
-  write_file(folder / name, content);
+  write_bytes(folder / name, content);
   const ProcessResult result = run({name, "out.ply"}, {.folder = folder.path().string()});
   EXPECT_EQ(result.exit_code, exit_code) << result.err;
   EXPECT_THAT(result.err, HasSubstr("gpsrecon: error: "));
   EXPECT_THAT(result.err, HasSubstr(name));
   EXPECT_THAT(result.err, HasSubstr(reason));
   EXPECT_THAT(result.out, IsEmpty());
-  EXPECT_THAT(folder.list(), ElementsAre(name));
+  EXPECT_THAT(names_in(folder), ElementsAre(name));
 }
 
 std::string xyz_line(double x, double y, double z) {
@@ -43,7 +44,7 @@ TEST(BadInput, missing_file) {
   const ProcessResult result = run({"gone.ply", "out.ply"}, {.folder = folder.path().string()});
   EXPECT_EQ(result.exit_code, 3);
   EXPECT_THAT(result.err, AllOf(StartsWith("gpsrecon: error: "), HasSubstr("gone.ply"), HasSubstr("No such file")));
-  EXPECT_THAT(folder.list(), IsEmpty());
+  EXPECT_THAT(names_in(folder), IsEmpty());
 }
 
 TEST(BadInput, folder_instead_of_a_file) {
@@ -52,7 +53,7 @@ TEST(BadInput, folder_instead_of_a_file) {
   const ProcessResult result = run({"in.ply", "out.ply"}, {.folder = folder.path().string()});
   EXPECT_EQ(result.exit_code, 3);
   EXPECT_THAT(result.err, AllOf(HasSubstr("in.ply"), HasSubstr("directory")));
-  EXPECT_THAT(folder.list(), ElementsAre("in.ply"));
+  EXPECT_THAT(names_in(folder), ElementsAre("in.ply"));
 }
 
 TEST(BadInput, empty_file) {
@@ -101,11 +102,11 @@ TEST(BadInput, too_few_points_for_a_surface) {
 
 TEST(BadInput, three_points_give_a_triangle_or_no_surface) {
   TemporaryFolder folder;
-  write_file(folder / "in.xyz", "0 0 0\n1 0 0\n0 1 0\n");
+  write_bytes(folder / "in.xyz", "0 0 0\n1 0 0\n0 1 0\n");
   const ProcessResult result = run({"in.xyz", "out.ply"}, {.folder = folder.path().string()});
   EXPECT_THAT(result.exit_code, AnyOf(0, 4)) << result.err;
   if (result.exit_code == 4) {
-    EXPECT_THAT(folder.list(), ElementsAre("in.xyz"));
+    EXPECT_THAT(names_in(folder), ElementsAre("in.xyz"));
   }
 }
 
@@ -129,7 +130,7 @@ TEST(BadInput, collinear_points_along_an_axis_far_from_the_origin) {
 
 TEST(BadInput, coplanar_points_give_a_flat_sheet) {
   TemporaryFolder folder;
-  write_file(folder / "in.ply", ply_of(flat_sheet(60)));
+  write_bytes(folder / "in.ply", ply_of(flat_sheet(60)));
   const ProcessResult result = run({"in.ply", "out.off"}, {.folder = folder.path().string()});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   const ProcessResult info = run({"info", "--json", folder / "out.off"});
@@ -149,10 +150,10 @@ TEST(BadInput, rows_that_are_not_finite_and_duplicates_are_counted_and_not_fatal
   const auto clean = points;
   for (std::size_t i = 0; i < 50; ++i) points.insert(points.begin() + static_cast<long>(30 * i), Vec3(NAN, 0, 1));
   for (std::size_t i = 0; i < 70; ++i) points.push_back(clean[40 * i]);
-  write_file(folder / "in.ply", ply_of(points));
+  write_bytes(folder / "in.ply", ply_of(points));
   const ProcessResult result = run({"in.ply", "out.ply"}, {.folder = folder.path().string()});
   ASSERT_EQ(result.exit_code, 0) << result.err;
-  const auto report = nlohmann::json::parse(read_file(folder / "out.report.json"));
+  const auto report = nlohmann::json::parse(read_bytes(folder / "out.report.json"));
   EXPECT_EQ(report.at("input").at("points"), points.size());
   std::map<std::string, std::size_t> dropped;
   for (const auto& entry : report.at("dropped")) dropped[entry.at("reason")] = entry.at("points");
@@ -168,7 +169,7 @@ TEST(BadInput, output_that_cannot_be_written_is_found_before_the_input_is_read) 
     const ProcessResult result = run({"gone.ply", out}, {.folder = folder.path().string()});
     EXPECT_EQ(result.exit_code, 6) << result.err;
     EXPECT_THAT(result.err, HasSubstr(out));
-    EXPECT_THAT(folder.list(), ElementsAre("dir.ply"));
+    EXPECT_THAT(names_in(folder), ElementsAre("dir.ply"));
   }
   for (const std::string option : {"--report", "--covmesh", "--log-file"}) {
     const ProcessResult result = run({"gone.ply", "o.ply", option, "no/f.ply"}, {.folder = folder.path().string()});
@@ -176,7 +177,7 @@ TEST(BadInput, output_that_cannot_be_written_is_found_before_the_input_is_read) 
     EXPECT_THAT(result.err, HasSubstr("no/f.ply"));
   }
   EXPECT_EQ(run({"gone.ply", "o.ply", "--dump", "no/such"}, {.folder = folder.path().string()}).exit_code, 6);
-  EXPECT_THAT(folder.list(), ElementsAre("dir.ply"));
+  EXPECT_THAT(names_in(folder), ElementsAre("dir.ply"));
 }
 
 TEST(BadInput, output_without_a_known_extension) {
@@ -197,17 +198,17 @@ TEST(BadInput, read_only_folder) {
 TEST(BadInput, full_disk) {
   if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full";
   TemporaryFolder folder;
-  write_file(folder / "in.ply", ply_of(noisy_sphere(1000, 0.01)));
+  write_bytes(folder / "in.ply", ply_of(noisy_sphere(1000, 0.01)));
   const ProcessResult result = run({"in.ply", "out.ply", "--report", "/dev/full"}, {.folder = folder.path().string()});
   EXPECT_EQ(result.exit_code, 6) << result.err;
   EXPECT_THAT(result.err, HasSubstr("/dev/full"));
-  EXPECT_THAT(folder.list(), ElementsAre("in.ply"));
+  EXPECT_THAT(names_in(folder), ElementsAre("in.ply"));
 }
 
 TEST(BadInput, wrong_kind_for_a_stage) {
   TemporaryFolder folder;
   const ProcessOptions here{.folder = folder.path().string()};
-  write_file(folder / "points.ply", ply_of(noisy_sphere(500, 0.01)));
+  write_bytes(folder / "points.ply", ply_of(noisy_sphere(500, 0.01)));
   for (const std::vector<std::string>& line :
        std::vector<std::vector<std::string>>{{"triangulate", "points.ply", "out.ply"},
                                              {"subdivide", "points.ply", "out.ply"},
@@ -216,14 +217,18 @@ TEST(BadInput, wrong_kind_for_a_stage) {
     const ProcessResult result = run(line, here);
     EXPECT_EQ(result.exit_code, 3) << line[0] << ": " << result.err;
     EXPECT_THAT(result.err, HasSubstr("points.ply"));
-    EXPECT_THAT(folder.list(), ElementsAre("points.ply"));
+    EXPECT_THAT(names_in(folder), ElementsAre("points.ply"));
   }
 }
 
 struct BadFile {
   std::string name;
-  int exit_code;
+  std::vector<int> exit_codes;  ///< those that are right
 };
+
+void PrintTo(const BadFile& file, std::ostream* out) {
+  *out << file.name;
+}
 
 class BadFiles : public testing::TestWithParam<BadFile> {};
 
@@ -231,25 +236,29 @@ TEST_P(BadFiles, of_other_projects_are_read_or_refused) {
   GPSRECON_DATA_FILE(file, "bad/" + GetParam().name);
   TemporaryFolder folder;
   const ProcessResult result = run({file.string(), "out.ply"}, {.folder = folder.path().string()});
-  EXPECT_EQ(result.exit_code, GetParam().exit_code) << result.err;
+  EXPECT_THAT(GetParam().exit_codes, Contains(result.exit_code)) << result.err;
   if (result.exit_code == 0) {
-    EXPECT_THAT(folder.list(), ElementsAre("out.covmesh.ply", "out.ply", "out.report.json"));
+    EXPECT_THAT(names_in(folder), ElementsAre("out.covmesh.ply", "out.ply", "out.report.json"));
   } else {
     EXPECT_THAT(result.err, HasSubstr(GetParam().name));
-    EXPECT_THAT(folder.list(), IsEmpty());
+    EXPECT_THAT(names_in(folder), IsEmpty());
   }
   const ProcessResult info = run({"info", file.string()});
   EXPECT_EQ(info.exit_code, 0) << info.err;
 }
 
 INSTANTIATE_TEST_SUITE_P(Files, BadFiles,
-                         testing::Values(BadFile{"assimp_cube_binary_header_with_RN_newline.ply", 0},  // 8 corners
-                                         BadFile{"draco_float_inf_point_cloud.ply", 0},  // 14 finite points of 16
-                                         BadFile{"happly_platonic_shelf.ply", 0},        // five solids
-                                         BadFile{"happly_platonic_shelf_big_endian.ply", 0},
-                                         BadFile{"pdal_issue_2421.ply", 4},  // one point
-                                         BadFile{"trimesh_empty.ply", 3}, BadFile{"trimesh_points_emptyface.ply", 0}),
-                         [](const auto& instance) { return instance.param.name.substr(0, instance.param.name.find('.')); });
+                         testing::Values(BadFile{"assimp_cube_binary_header_with_RN_newline.ply",
+                                                 {0, 4}},  // 8 corners: a surface is possible, not owed
+                                         BadFile{"draco_float_inf_point_cloud.ply", {0}},  // 14 finite points of 16
+                                         BadFile{"happly_platonic_shelf.ply", {0}},        // five solids
+                                         BadFile{"happly_platonic_shelf_big_endian.ply", {0}},
+                                         BadFile{"pdal_issue_2421.ply", {4}},  // one point
+                                         BadFile{"trimesh_empty.ply", {3}},
+                                         BadFile{"trimesh_points_emptyface.ply", {0}}),
+                         [](const auto& instance) {
+                           return instance.param.name.substr(0, instance.param.name.find('.'));
+                         });
 
 }  // namespace
 }  // namespace gpsrecon::test

@@ -15,7 +15,7 @@ using testing::HasSubstr;
 
 TEST(Info, points_of_a_file) {
   TemporaryFolder folder;
-  write_file(folder / "p.ply", ply_of({Vec3(1, 2, 3), Vec3(4, 6, 3), Vec3(NAN, 0, 0)}));
+  write_bytes(folder / "p.ply", ply_of({Vec3(1, 2, 3), Vec3(4, 6, 3), Vec3(NAN, 0, 0)}));
   const json info = json::parse(run({"info", folder / "p.ply", "--json"}).out).at(0);
   EXPECT_EQ(info.at("kind"), "points");
   EXPECT_EQ(info.at("points"), 3);
@@ -30,7 +30,7 @@ TEST(Info, points_of_a_file) {
 TEST(Info, mesh_topology) {
   TemporaryFolder folder;
   // Two triangles that share an edge: one loop of four edges.
-  write_file(folder / "m.off", "OFF\n4 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2\n3 0 2 3\n");
+  write_bytes(folder / "m.off", "OFF\n4 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2\n3 0 2 3\n");
   const json info = json::parse(run({"info", folder / "m.off", "--json"}).out).at(0);
   EXPECT_EQ(info.at("kind"), "mesh");
   const json& t = info.at("topology");
@@ -44,8 +44,8 @@ TEST(Info, mesh_topology) {
 
 TEST(Info, several_files_and_standard_input) {
   TemporaryFolder folder;
-  write_file(folder / "a.xyz", "0 0 0\n1 0 0\n");
-  write_file(folder / "b.xyz", "0 0 0\n0 0 2\n0 1 0\n");
+  write_bytes(folder / "a.xyz", "0 0 0\n1 0 0\n");
+  write_bytes(folder / "b.xyz", "0 0 0\n0 0 2\n0 1 0\n");
   const json all = json::parse(
       run({"info", "--json", folder / "a.xyz", folder / "b.xyz", "-"}, {.input = ply_of({Vec3(1, 1, 1)})}).out);
   ASSERT_EQ(all.size(), 3u);

@@ -9,9 +9,6 @@
 #include <array>
 #include <chrono>
 #include <csignal>
-#include <cstdlib>
-#include <fstream>
-#include <sstream>
 #include <stdexcept>
 
 namespace gpsrecon::test {
@@ -50,21 +47,10 @@ void drain(Pipe& pipe, std::string& text) {
 
 }  // namespace
 
-TemporaryFolder::TemporaryFolder() {
-  std::string name = (std::filesystem::temp_directory_path() / "gpsrecon-test-XXXXXX").string();
-  if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
-  path_ = name;
-}
-
-TemporaryFolder::~TemporaryFolder() {
-  std::error_code ignored;
-  std::filesystem::remove_all(path_, ignored);
-}
-
-std::vector<std::string> TemporaryFolder::list() const {
+std::vector<std::string> names_in(const TemporaryFolder& folder) {
   std::vector<std::string> names;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(path_))
-    names.push_back(entry.path().lexically_relative(path_).string());
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder.path()))
+    names.push_back(entry.path().lexically_relative(folder.path()).string());
   std::sort(names.begin(), names.end());
   return names;
 }
@@ -125,20 +111,6 @@ ProcessResult run(const std::vector<std::string>& arguments, const ProcessOption
   if (WIFEXITED(status)) result.exit_code = WEXITSTATUS(status);
   if (WIFSIGNALED(status)) result.signal = WTERMSIG(status);
   return result;
-}
-
-std::string read_file(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw std::runtime_error(path + " cannot be read");
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
-
-void write_file(const std::string& path, const std::string& content) {
-  std::ofstream file(path, std::ios::binary);
-  file << content;
-  if (!file.flush()) throw std::runtime_error(path + " cannot be written");
 }
 
 }  // namespace gpsrecon::test

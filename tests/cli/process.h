@@ -1,28 +1,14 @@
 #pragma once
 
-#include <filesystem>
 #include <string>
 #include <vector>
 
+#include "../support/temporary_folder.h"
+
 namespace gpsrecon::test {
 
-/// A folder of its own for a test, removed at the end.
-class TemporaryFolder {
- public:
-  TemporaryFolder();
-  ~TemporaryFolder();
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-
-  const std::filesystem::path& path() const { return path_; }
-  /// Path of a file in it.
-  std::string operator/(const std::string& name) const { return (path_ / name).string(); }
-  /// Names of all that is in it, hidden files included, sorted.
-  std::vector<std::string> list() const;
-
- private:
-  std::filesystem::path path_;
-};
+/// Names of all that is in a folder, hidden files included, sorted.
+std::vector<std::string> names_in(const TemporaryFolder& folder);
 
 struct ProcessResult {
   int exit_code = -1;  ///< -1 if a signal ended it
@@ -42,8 +28,5 @@ struct ProcessOptions {
 
 /// Runs the program under test with `arguments` to its end.
 ProcessResult run(const std::vector<std::string>& arguments, const ProcessOptions& options = {});
-
-std::string read_file(const std::string& path);
-void write_file(const std::string& path, const std::string& content);
 
 }  // namespace gpsrecon::test
