@@ -67,9 +67,8 @@ void bind_subdivide(Arguments& arguments, ReconstructOptions& options) {
   arguments.group("Subdivision");
   arguments.option(
       "--levels", "auto|N",
-      "refinement level of the mesh; auto = the smallest up to 3 whose edges are no longer than the sample "
-      "spacing",
-      "[0, 8]", options.levels < 0 ? "auto" : std::to_string(options.levels), [&options](const std::string& text) {
+      "refinement level of the mesh; auto = the smallest up to 3 whose edges are at most 1.5 sample spacings", "[0, 8]",
+      options.levels < 0 ? "auto" : std::to_string(options.levels), [&options](const std::string& text) {
         options.levels = text == "auto" ? -1 : static_cast<int>(std::min<std::uint64_t>(parse_natural(text), 1000));
       });
   arguments.option("--scheme", "loop", "refinement scheme, of which there is one", "", "loop",

@@ -1,7 +1,7 @@
 #pragma once
 
-#include <cmath>
 #include <gpsrecon/core/vec.h>
+#include <cmath>
 
 namespace gpsrecon {
 

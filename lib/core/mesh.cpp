@@ -1,7 +1,7 @@
-#include <algorithm>
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/mesh.h>
 #include <gpsrecon/core/mesh_topology.h>
+#include <algorithm>
 
 namespace gpsrecon {
 namespace {

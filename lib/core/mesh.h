@@ -1,9 +1,9 @@
 #pragma once
 
-#include <cstdint>
 #include <gpsrecon/core/frame.h>
 #include <gpsrecon/core/mixture.h>
 #include <gpsrecon/core/point_cloud.h>
+#include <cstdint>
 #include <span>
 #include <vector>
 

@@ -1,6 +1,6 @@
-#include <algorithm>
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/mesh_topology.h>
+#include <algorithm>
 #include <numeric>
 
 namespace gpsrecon {
@@ -48,8 +48,7 @@ HalfEdges half_edges(const FaceList& faces, std::size_t vertex_count) {
   for (std::size_t v = 0; v < vertex_count; ++v) {
     const auto begin = sorted.begin() + start[v], end = sorted.begin() + start[v + 1];
     const auto larger = [&](Index h) { return std::max(from(h), to(h)); };
-    std::sort(begin, end,
-              [&](Index a, Index b) { return larger(a) != larger(b) ? larger(a) < larger(b) : a < b; });
+    std::sort(begin, end, [&](Index a, Index b) { return larger(a) != larger(b) ? larger(a) < larger(b) : a < b; });
     for (auto group = begin; group != end;) {
       auto group_end = group;
       while (group_end != end && larger(*group_end) == larger(*group)) ++group_end;

@@ -8,10 +8,10 @@ namespace gpsrecon {
 /// Half-edges of a polygon list, flat. Half-edge h starts at corner h of the list (vertex faces.corners[h]) and runs to
 /// the next corner of the same face.
 struct HalfEdges {
-  std::vector<Index> next;      ///< per half-edge: the next one of its face
-  std::vector<Index> face;      ///< per half-edge: its face
-  std::vector<Index> opposite;  ///< per half-edge: the one in the other direction; no_index on a boundary and on
-                                ///< edges that are not manifold or not consistently oriented
+  std::vector<Index> next;             ///< per half-edge: the next one of its face
+  std::vector<Index> face;             ///< per half-edge: its face
+  std::vector<Index> opposite;         ///< per half-edge: the one in the other direction; no_index on a boundary and on
+                                       ///< edges that are not manifold or not consistently oriented
   std::size_t edges = 0;               ///< number of undirected edges
   std::size_t nonmanifold_edges = 0;   ///< undirected edges with more than two half-edges
   std::size_t inconsistent_edges = 0;  ///< undirected edges with two half-edges of the same direction

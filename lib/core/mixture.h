@@ -24,7 +24,7 @@ struct Mixture {
   std::vector<double> normal_variances;  ///< empty, or as long as `normals`; >= 0
   double sigma0 = 0;   ///< standard deviation of the kernel every point was given, in local units; 0 if unknown
   double spacing = 0;  ///< side A of the area per point of the cloud, in local units; 0 if unknown
-  Frame frame;        ///< the frame of means, covariances, sigma0 and spacing
+  Frame frame;         ///< the frame of means, covariances, sigma0 and spacing
 
   std::size_t size() const { return means.size(); }
   bool empty() const { return means.empty(); }

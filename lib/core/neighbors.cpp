@@ -1,7 +1,7 @@
-#include <algorithm>
 #include <flann/algorithms/dist.h>
 #include <flann/algorithms/kdtree_single_index.h>
 #include <gpsrecon/core/neighbors.h>
+#include <algorithm>
 
 namespace gpsrecon {
 namespace {
@@ -79,7 +79,9 @@ Neighbors::~Neighbors() = default;
 Neighbors::Neighbors(Neighbors&&) noexcept = default;
 Neighbors& Neighbors::operator=(Neighbors&&) noexcept = default;
 
-std::size_t Neighbors::size() const { return impl_->size; }
+std::size_t Neighbors::size() const {
+  return impl_->size;
+}
 
 void Neighbors::nearest(const Vec3& query, std::size_t k, std::vector<Neighbor>& found) const {
   NearestSet results(found, std::min(k, impl_->size));

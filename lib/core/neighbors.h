@@ -16,8 +16,9 @@ struct Neighbor {
   }
 };
 
-/// Exact neighbour search over a fixed set of points (a kd-tree). Building is O(n log n); a query is O(log n + results).
-/// Queries are const and may run in parallel; they run 2-3 times faster when consecutive queries are close in space.
+/// Exact neighbour search over a fixed set of points (a kd-tree). Building is O(n log n); a query is O(log n +
+/// results). Queries are const and may run in parallel; they run 2-3 times faster when consecutive queries are close in
+/// space.
 class Neighbors {
  public:
   /// Copies the points. An empty set is allowed and finds nothing. Throws std::bad_alloc only.

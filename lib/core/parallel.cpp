@@ -1,13 +1,15 @@
 #include <omp.h>
 
+#include <gpsrecon/core/parallel.h>
 #include <atomic>
 #include <exception>
-#include <gpsrecon/core/parallel.h>
 #include <mutex>
 
 namespace gpsrecon {
 
-int RunContext::thread_count() const { return threads > 0 ? threads : std::max(1, omp_get_num_procs()); }
+int RunContext::thread_count() const {
+  return threads > 0 ? threads : std::max(1, omp_get_num_procs());
+}
 
 void parallel_blocks(std::size_t n, const RunContext& context,
                      const std::function<void(std::size_t, std::size_t, std::size_t)>& body, std::size_t block_size) {

@@ -1,9 +1,9 @@
 #pragma once
 
+#include <gpsrecon/core/run_context.h>
 #include <algorithm>
 #include <cstddef>
 #include <functional>
-#include <gpsrecon/core/run_context.h>
 #include <vector>
 
 namespace gpsrecon {

@@ -28,7 +28,8 @@ void validate(const PointCloud& cloud) {
   check_length(cloud.colors.size(), n, "colors");
   check_length(cloud.weights.size(), n, "weights");
   check_length(cloud.sensors.size(), n, "sensors");
-  for (const ScalarColumn& column : cloud.scalars) check_length(column.values.size(), n, "scalar '" + column.name + "'");
+  for (const ScalarColumn& column : cloud.scalars)
+    check_length(column.values.size(), n, "scalar '" + column.name + "'");
   for (std::size_t i = 0; i < n; ++i) {
     if (!cloud.positions[i].allFinite())
       throw InvariantError("point cloud: position " + std::to_string(i) + " is not finite");
@@ -54,8 +55,7 @@ PointCloud select(const PointCloud& cloud, const std::vector<Index>& keep) {
   kept.colors = gather(cloud.colors, keep);
   kept.weights = gather(cloud.weights, keep);
   kept.sensors = gather(cloud.sensors, keep);
-  for (const ScalarColumn& column : cloud.scalars)
-    kept.scalars.push_back({column.name, gather(column.values, keep)});
+  for (const ScalarColumn& column : cloud.scalars) kept.scalars.push_back({column.name, gather(column.values, keep)});
   return kept;
 }
 

@@ -1,9 +1,9 @@
 #pragma once
 
-#include <array>
-#include <cstdint>
 #include <gpsrecon/core/frame.h>
 #include <gpsrecon/core/vec.h>
+#include <array>
+#include <cstdint>
 #include <string>
 #include <vector>
 

@@ -1,9 +1,9 @@
 #pragma once
 
+#include <gpsrecon/core/error.h>
 #include <atomic>
 #include <cstdint>
 #include <functional>
-#include <gpsrecon/core/error.h>
 #include <string>
 #include <string_view>
 

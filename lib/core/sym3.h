@@ -1,8 +1,8 @@
 #pragma once
 
+#include <gpsrecon/core/vec.h>
 #include <array>
 #include <cmath>
-#include <gpsrecon/core/vec.h>
 
 namespace gpsrecon {
 
@@ -20,8 +20,7 @@ struct Sym3 {
   }
   /// The symmetric part of m.
   static Sym3 from_matrix(const Mat3& m) {
-    return {m(0, 0), 0.5 * (m(0, 1) + m(1, 0)), 0.5 * (m(0, 2) + m(2, 0)),
-            m(1, 1), 0.5 * (m(1, 2) + m(2, 1)), m(2, 2)};
+    return {m(0, 0), 0.5 * (m(0, 1) + m(1, 0)), 0.5 * (m(0, 2) + m(2, 0)), m(1, 1), 0.5 * (m(1, 2) + m(2, 1)), m(2, 2)};
   }
   Mat3 matrix() const {
     Mat3 m;
@@ -52,9 +51,7 @@ struct Sym3 {
             xz * v.x() + yz * v.y() + zz * v.z()};
   }
   double trace() const { return xx + yy + zz; }
-  double determinant() const {
-    return xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz);
-  }
+  double determinant() const { return xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz); }
   /// vᵀ A v
   double quadratic_form(const Vec3& v) const { return v.dot(*this * v); }
   bool all_finite() const { return std::isfinite(xx + xy + xz + yy + yz + zz); }
@@ -66,7 +63,9 @@ inline double trace_of_product(const Sym3& a, const Sym3& b) {
 }
 
 /// M A Mᵀ
-inline Sym3 congruence(const Mat3& m, const Sym3& a) { return Sym3::from_matrix(m * a.matrix() * m.transpose()); }
+inline Sym3 congruence(const Mat3& m, const Sym3& a) {
+  return Sym3::from_matrix(m * a.matrix() * m.transpose());
+}
 
 /// Lower-triangular factor of a positive definite matrix, A = L Lᵀ.
 struct Cholesky3 {
@@ -108,8 +107,8 @@ inline Sym3 Cholesky3::inverse() const {
   const double i10 = -l10 * i00 * i11;
   const double i21 = -l21 * i11 * i22;
   const double i20 = (l10 * l21 - l20 * l11) * i00 * i11 * i22;
-  return {i00 * i00 + i10 * i10 + i20 * i20, i10 * i11 + i20 * i21, i20 * i22, i11 * i11 + i21 * i21, i21 * i22,
-          i22 * i22};
+  return {
+      i00 * i00 + i10 * i10 + i20 * i20, i10 * i11 + i20 * i21, i20 * i22, i11 * i11 + i21 * i21, i21 * i22, i22 * i22};
 }
 
 /// Inverse of an invertible symmetric matrix by cofactors (need not be definite).
@@ -130,10 +129,12 @@ struct Eigen3 {
   Mat3 vectors;
 };
 
-/// Eigen-decomposition by the iterative QR method (accurate for every condition number). Throws nothing; NaN in, NaN out.
+/// Eigen-decomposition by the iterative QR method (accurate for every condition number). Throws nothing; NaN in, NaN
+/// out.
 Eigen3 eigen_decomposition(const Sym3& a);
 
-/// Largest eigenvalue in closed form, good to half of the digits (1e-7 relative) where it is double, as it is for discs.
+/// Largest eigenvalue in closed form, good to half of the digits (1e-7 relative) where it is double, as it is for
+/// discs.
 double largest_eigenvalue(const Sym3& a);
 
 /// Raises eigenvalues below `relative_floor` times the largest to that value and keeps the eigenvectors. A matrix

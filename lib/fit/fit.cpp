@@ -1,9 +1,9 @@
-#include <algorithm>
-#include <cmath>
 #include <gpsrecon/core/neighbors.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/fit/fit.h>
 #include <gpsrecon/gps/limit_surface.h>
+#include <algorithm>
+#include <cmath>
 #include <string>
 
 namespace gpsrecon {

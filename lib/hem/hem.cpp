@@ -1,5 +1,3 @@
-#include <algorithm>
-#include <cmath>
 #include <gpsrecon/core/gaussian.h>
 #include <gpsrecon/core/neighbors.h>
 #include <gpsrecon/core/parallel.h>
@@ -7,13 +5,15 @@
 #include <gpsrecon/hem/hem.h>
 #include <gpsrecon/hem/initial_mixture.h>
 #include <gpsrecon/hem/scale.h>
+#include <algorithm>
+#include <cmath>
 #include <numbers>
 #include <string>
 
 namespace gpsrecon {
 namespace {
 
-constexpr double covariance_floor = 1e-6;     // smallest eigenvalue, relative to the largest
+constexpr double covariance_floor = 1e-6;       // smallest eigenvalue, relative to the largest
 constexpr std::size_t parents_per_block = 256;  // each holds the list of its children, so blocks are small
 
 /// Who may be merged into whom: for parent number s the children are child[offset[s] .. offset[s + 1]).
@@ -21,10 +21,10 @@ struct Candidates {
   std::vector<Index> parents;   ///< components drawn as parents, ascending
   std::vector<char> is_parent;  ///< per component
   std::vector<std::size_t> offset;
-  std::vector<Index> child;                ///< component
-  std::vector<double> log_likelihood;      ///< ln(w_s L_is); later the responsibility r_is
-  std::size_t orphans = 0;                 ///< components that are no parent and that no parent lists
-  std::vector<char> listed;                ///< per component: some parent lists it
+  std::vector<Index> child;            ///< component
+  std::vector<double> log_likelihood;  ///< ln(w_s L_is); later the responsibility r_is
+  std::size_t orphans = 0;             ///< components that are no parent and that no parent lists
+  std::vector<char> listed;            ///< per component: some parent lists it
 
   std::size_t next_size() const { return parents.size() + orphans; }
 };
@@ -39,15 +39,14 @@ void draw_parents(Candidates& c, std::size_t n, double probability, int level, s
   }
 }
 
-/// Steps 2 and 3: the components within reach of each parent, and their log-likelihoods (Preiner et al. 2014, Eq. 9, 11;
-/// Preiner et al. 2019, appendix A). Since tr(S) - 3 - ln|S| >= 0 for every S = Σs⁻¹Σi, D_KL <= α²/2 implies a
+/// Steps 2 and 3: the components within reach of each parent, and their log-likelihoods (Preiner et al. 2014, Eq. 9,
+/// 11; Preiner et al. 2019, appendix A). Since tr(S) - 3 - ln|S| >= 0 for every S = Σs⁻¹Σi, D_KL <= α²/2 implies a
 /// Mahalanobis distance of at most α, so the ball of radius α sqrt(λmax(Σs)) holds all children.
 void list_children(Candidates& c, const Mixture& level, double alpha, const RunContext& context) {
   const std::size_t n = level.size();
   std::vector<double> log_determinant(n);
-  parallel_for(n, context, [&](std::size_t i) {
-    log_determinant[i] = Cholesky3(level.covariances[i]).log_determinant();
-  });
+  parallel_for(n, context,
+               [&](std::size_t i) { log_determinant[i] = Cholesky3(level.covariances[i]).log_determinant(); });
 
   std::vector<Index> others;
   std::vector<Vec3> other_means;
@@ -132,8 +131,8 @@ void responsibilities(Candidates& c, std::size_t n) {
   for (std::size_t e = 0; e < c.child.size(); ++e) c.log_likelihood[e] /= sum[c.child[e]];
 }
 
-/// Step 5 for one parent: moments of its children and itself (Preiner et al. 2014, Eq. 10), and of their wrapped normals
-/// (Eq. 29-30), whose axes are first turned to the parent's side.
+/// Step 5 for one parent: moments of its children and itself (Preiner et al. 2014, Eq. 10), and of their wrapped
+/// normals (Eq. 29-30), whose axes are first turned to the parent's side.
 void merge_children(const Mixture& level, const Candidates& c, std::size_t p, Mixture& next, std::size_t slot) {
   const Index s = c.parents[p];
   const Vec3& origin = level.means[s];  // moments about the parent's mean lose nothing to its position
@@ -190,8 +189,8 @@ Mixture next_level(const Mixture& level, const Candidates& c, const RunContext& 
 
 /// Candidates whose next level has `target` components within 2 %, by bisection of the parent probability: more
 /// parents, more components. The draws are nested, as the random numbers do not depend on the probability.
-Candidates adapt_probability(const Mixture& level, Candidates at_or_below, std::size_t target, const HemOptions& options,
-                             int number, const RunContext& context) {
+Candidates adapt_probability(const Mixture& level, Candidates at_or_below, std::size_t target,
+                             const HemOptions& options, int number, const RunContext& context) {
   double low = options.parent_probability, high = 1;
   Candidates best = std::move(at_or_below);
   const auto error = [target](const Candidates& c) {
@@ -228,7 +227,7 @@ Mixture build_mixture(const PointCloud& cloud, const HemOptions& given, const Ru
   const bool needs_spacing = options.initial == InitialCovariance::local || options.balance;
   if (options.sigma0 == 0 || (options.spacing == 0 && needs_spacing)) {
     const Scale scale = estimate_scale(cloud, {}, context);
-    if (options.sigma0 == 0) 
+    if (options.sigma0 == 0)
       options.sigma0 = options.initial == InitialCovariance::local ? scale.sigma0_local : scale.sigma0;
     if (options.spacing == 0) options.spacing = scale.spacing;
   }

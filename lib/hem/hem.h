@@ -1,9 +1,9 @@
 #pragma once
 
-#include <functional>
 #include <gpsrecon/core/mixture.h>
 #include <gpsrecon/core/point_cloud.h>
 #include <gpsrecon/core/run_context.h>
+#include <functional>
 
 namespace gpsrecon {
 

@@ -1,7 +1,7 @@
-#include <algorithm>
 #include <gpsrecon/core/neighbors.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/hem/initial_mixture.h>
+#include <algorithm>
 #include <numbers>
 
 namespace gpsrecon {

@@ -1,8 +1,8 @@
-#include <algorithm>
 #include <gpsrecon/core/neighbors.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/core/sym3.h>
 #include <gpsrecon/hem/scale.h>
+#include <algorithm>
 #include <numbers>
 
 namespace gpsrecon {

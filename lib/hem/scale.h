@@ -26,8 +26,8 @@ struct Scale {
   std::vector<Index> isolated;  ///< points that are too far from all others to belong to a surface, ascending
 };
 
-/// Sample spacing from the distance d8 to the 8th neighbour, A = median(d8) sqrt(π/9), noise from the smallest principal
-/// deviation of 48 points, and the kernel width of the first mixture level from both. Weights are ignored.
+/// Sample spacing from the distance d8 to the 8th neighbour, A = median(d8) sqrt(π/9), noise from the smallest
+/// principal deviation of 48 points, and the kernel width of the first mixture level from both. Weights are ignored.
 /// O(n log n). Throws OptionError; NoSurfaceError if fewer than three points are given.
 Scale estimate_scale(const PointCloud& cloud, const ScaleOptions& options = {}, const RunContext& context = {});
 

@@ -45,8 +45,9 @@ FrameComment find_frame_comment(const InputFile& file, const PlyHeader& header) 
                        std::abs(exponent) <= largest_exponent && fields.next(word) && word == "sigma0" &&
                        number(found.sigma0) && found.sigma0 >= 0;
     if (!valid)
-      file.fail("expected the comment 'gpsrecon VERSION frame X Y Z EXPONENT sigma0 S spacing A' in the header, found " +
-                quote(comment));
+      file.fail(
+          "expected the comment 'gpsrecon VERSION frame X Y Z EXPONENT sigma0 S spacing A' in the header, found " +
+          quote(comment));
     if (fields.next(word) && word == "spacing" && !(number(found.spacing) && found.spacing >= 0))
       file.fail("expected a spacing >= 0 in the header, found " + quote(comment));
     found.frame.exponent = static_cast<int>(exponent);

@@ -201,8 +201,8 @@ void write_gaussians(const Mixture& mixture, const FaceList* faces, const std::s
   const MixtureRows rows = to_rows(mixture);
   const double world_sigma0 = std::ldexp(mixture.sigma0, mixture.frame.exponent);
   const double world_spacing = std::ldexp(mixture.spacing, mixture.frame.exponent);
-  write_file(path, encoding, frame_comment({mixture.frame, world_sigma0, world_spacing}), mixture.size(), gaussian_columns(rows),
-             faces);
+  write_file(path, encoding, frame_comment({mixture.frame, world_sigma0, world_spacing}), mixture.size(),
+             gaussian_columns(rows), faces);
 }
 
 }  // namespace

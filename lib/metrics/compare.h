@@ -25,8 +25,7 @@ struct AreaSamples {
 /// `count` points uniform by area: the total area is cut into `count` equal strips in the order of the faces, and each
 /// gets one point (stratified sampling), drawn from (seed, stream). The same bytes for any number of threads.
 /// Throws InvariantError if the area is zero or not finite.
-AreaSamples sample_surface(const Mesh& mesh, std::size_t count, std::uint64_t stream,
-                              const RunContext& context = {});
+AreaSamples sample_surface(const Mesh& mesh, std::size_t count, std::uint64_t stream, const RunContext& context = {});
 
 /// Distances of the points of a cloud to a surface in the cloud's frame, each counted with its weight (the number of
 /// input points it stands for). The histogram is over distances relative to `diagonal` (scene units; 0: none). Throws

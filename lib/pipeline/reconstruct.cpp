@@ -81,8 +81,8 @@ void describe_covmesh(const CovMesh& mesh, ErrorReport& report) {
   described.boundary_loops = measure_boundary_loops(mesh.vertices.means, mesh.faces, mesh.vertices.frame);
 }
 
-/// Refined edges may be a little longer than the spacing, which is estimated somewhat low: a level more would quadruple
-/// the mesh for an accuracy that no longer changes.
+/// Refined edges may be up to half longer than the spacing: one level more would quadruple the mesh, and the memory and
+/// time for its report, for an accuracy that no longer changes by more than a few per cent.
 double edge_target(const CovMesh& mesh) {
   return 1.5 * mesh.vertices.spacing;
 }

@@ -18,12 +18,12 @@ struct ReconstructOptions {
   TriangulateOptions triangulate;
   FitOptions fit;
   SubdivideOptions subdivide;
-  /// Divides the automatic kernel width: above 1 more detail, below 1 smoother. Clamped where the sheet would fall apart,
-  /// with a warning. Range: (0, 100].
+  /// Divides the automatic kernel width: above 1 more detail, below 1 smoother. Clamped where the sheet would fall
+  /// apart, with a warning. Range: (0, 100].
   double detail = 1;
   /// Kernel width as a share of the diagonal, instead of the automatic one. Range: > 0; 0 = automatic.
   double sigma0_rel = 0;
-  /// Refinement level of the mesh. Range: [0, 8]; -1 = the smallest level up to 3 whose edges are no longer than the
+  /// Refinement level of the mesh. Range: [0, 8]; -1 = the smallest level up to 3 whose edges are at most 1.5 times the
   /// sample spacing.
   int levels = -1;
   /// Where the sensor stood, in world coordinates.
@@ -70,7 +70,6 @@ Reconstruction reconstruct(const PointCloud& world, const ReconstructOptions& op
 /// The flow from a mixture or a covariance mesh on; without points there is no fit and no distance in the report.
 Reconstruction reconstruct(const Mixture& mixture, const ReconstructOptions& options = {},
                            const RunContext& context = {});
-Reconstruction reconstruct(const CovMesh& mesh, const ReconstructOptions& options = {},
-                           const RunContext& context = {});
+Reconstruction reconstruct(const CovMesh& mesh, const ReconstructOptions& options = {}, const RunContext& context = {});
 
 }  // namespace gpsrecon

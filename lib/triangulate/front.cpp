@@ -1,7 +1,7 @@
-#include <Eigen/Geometry>
-#include <algorithm>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/triangulate/front.h>
+#include <Eigen/Geometry>
+#include <algorithm>
 #include <limits>
 #include <numbers>
 #include <queue>
@@ -25,7 +25,9 @@ struct Plane {
   Eigen::Vector2d operator()(const Vec3& x) const { return {u.dot(x), v.dot(x)}; }
 };
 
-double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
+double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+  return a.x() * b.y() - a.y() * b.x();
+}
 
 /// Strictly inside the sector from `start` counter-clockwise to `end` (less than half a turn). All of unit length.
 bool inside_sector(const Eigen::Vector2d& x, const Eigen::Vector2d& start, const Eigen::Vector2d& end) {
@@ -250,8 +252,8 @@ class Front {
     ++added_;
     for (std::size_t k = 0; k < 3; ++k) push(t[k], t[(k + 1) % 3]);
     if (added_ % 256 != 0) return;
-    context_.progress("triangulate", std::min(1.0, 0.5 * static_cast<double>(added_) /
-                                                       static_cast<double>(surface_.vertex_count())));
+    context_.progress("triangulate",
+                      std::min(1.0, 0.5 * static_cast<double>(added_) / static_cast<double>(surface_.vertex_count())));
     if (options_.on_snapshot && added_ % 2048 == 0) options_.on_snapshot(added_, surface_.faces());
   }
 
@@ -288,8 +290,8 @@ class Front {
       if (!angle) continue;
       Candidate candidate{bound * *angle / std::numbers::pi, choice.apex, {no_index, no_index, no_index}};
       if (candidate.grade <= best.grade) continue;
-      const bool touches_only = surface_.used(choice.apex) && !surface_.has(choice.apex, from) &&
-                                !surface_.has(to, choice.apex);
+      const bool touches_only =
+          surface_.used(choice.apex) && !surface_.has(choice.apex, from) && !surface_.has(to, choice.apex);
       if (touches_only && !find_ear(from, to, candidate)) continue;
       if (candidate.grade <= best.grade) continue;
       best = candidate;

@@ -29,7 +29,8 @@ class TriangleJudge {
 
   /// Smallest dihedral angle of triangle abc (counter-clockwise) to its neighbours across edges, π without any;
   /// nullopt if it may not be added: a half-edge is taken, a vertex has no room, a fan would close beside another, an
-  /// angle is too sharp, or (unless lenient) it overlaps triangles around its vertices or shows the other side of a sheet.
+  /// angle is too sharp, or (unless lenient) it overlaps triangles around its vertices or shows the other side of a
+  /// sheet.
   std::optional<double> dihedral(Index a, Index b, Index c) const;
 
  private:
@@ -47,7 +48,6 @@ class TriangleJudge {
 /// Grows the surface over the graph from the most plausible seed triangles, always by the most plausible triangle at
 /// any edge of the front, until no triangle can be added.
 void grow_front(GrowingSurface& surface, const OverlapGraph& graph, const std::vector<Vec3>& sheet_normals,
-                const TriangulateOptions& options,
-                const RunContext& context);
+                const TriangulateOptions& options, const RunContext& context);
 
 }  // namespace gpsrecon

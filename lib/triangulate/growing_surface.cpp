@@ -1,14 +1,20 @@
+#include <gpsrecon/triangulate/growing_surface.h>
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <gpsrecon/triangulate/growing_surface.h>
 
 namespace gpsrecon {
 namespace {
 
 /// Place of v in t; t contains v.
-int corner(const GrowingSurface::Triangle& t, Index v) { return t[0] == v ? 0 : t[1] == v ? 1 : 2; }
-Index after(const GrowingSurface::Triangle& t, Index v) { return t[static_cast<std::size_t>(corner(t, v) + 1) % 3]; }
-Index before(const GrowingSurface::Triangle& t, Index v) { return t[static_cast<std::size_t>(corner(t, v) + 2) % 3]; }
+int corner(const GrowingSurface::Triangle& t, Index v) {
+  return t[0] == v ? 0 : t[1] == v ? 1 : 2;
+}
+Index after(const GrowingSurface::Triangle& t, Index v) {
+  return t[static_cast<std::size_t>(corner(t, v) + 1) % 3];
+}
+Index before(const GrowingSurface::Triangle& t, Index v) {
+  return t[static_cast<std::size_t>(corner(t, v) + 2) % 3];
+}
 
 }  // namespace
 

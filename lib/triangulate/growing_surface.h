@@ -1,7 +1,7 @@
 #pragma once
 
-#include <array>
 #include <gpsrecon/core/mesh.h>
+#include <array>
 #include <vector>
 
 namespace gpsrecon {

@@ -1,7 +1,7 @@
-#include <algorithm>
 #include <gpsrecon/core/neighbors.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/triangulate/overlap_graph.h>
+#include <algorithm>
 
 namespace gpsrecon {
 namespace {

@@ -17,9 +17,7 @@ struct OverlapGraph {
   std::vector<std::size_t> offset{0};  ///< links of component i: links[offset[i] .. offset[i + 1])
   std::vector<Link> links;             ///< ascending by `to` within a component
 
-  std::span<const Link> operator[](Index i) const {
-    return {links.data() + offset[i], links.data() + offset[i + 1]};
-  }
+  std::span<const Link> operator[](Index i) const { return {links.data() + offset[i], links.data() + offset[i + 1]}; }
   /// ln BC of two components, or nullptr if they overlap too little. O(log k).
   const double* find(Index i, Index j) const;
 };

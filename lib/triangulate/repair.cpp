@@ -1,15 +1,15 @@
-#include <Eigen/Geometry>
-#include <algorithm>
 #include <gpsrecon/core/mesh_topology.h>
 #include <gpsrecon/triangulate/repair.h>
+#include <Eigen/Geometry>
+#include <algorithm>
 #include <limits>
 #include <numbers>
 
 namespace gpsrecon {
 namespace {
 
-/// The edge of the surface's boundary that bounds the same gap at v as the boundary edge from -> v: the first one met when
-/// turning counter-clockwise from v -> from, through the gap. With a single fan there is no choice.
+/// The edge of the surface's boundary that bounds the same gap at v as the boundary edge from -> v: the first one met
+/// when turning counter-clockwise from v -> from, through the gap. With a single fan there is no choice.
 Index next_around_gap(const GrowingSurface& surface, Index from, Index v, std::vector<GrowingSurface::Fan>& fans) {
   surface.fans(v, fans);
   std::erase_if(fans, [](const auto& fan) { return fan.closed(); });
@@ -90,14 +90,16 @@ std::vector<std::size_t> piece_sizes(const GrowingSurface& surface) {
   return of_vertex;
 }
 
-/// A loop around a gap in the surface, not around a patch of it. A patch of F triangles has at least about sqrt(F) edges
-/// around it; a longer loop is told by the way it runs: clockwise around a gap, seen from the side of the normals.
+/// A loop around a gap in the surface, not around a patch of it. A patch of F triangles has at least about sqrt(F)
+/// edges around it; a longer loop is told by the way it runs: clockwise around a gap, seen from the side of the
+/// normals.
 bool surrounds_gap(const GrowingSurface& surface, const Loop& loop, std::size_t faces_of_piece) {
   if (loop.size() * loop.size() < faces_of_piece) return true;
   Vec3 area = Vec3::Zero(), normal = Vec3::Zero();
   for (std::size_t k = 0; k < loop.size(); ++k) {
     const Index from = loop[k], to = loop[(k + 1) % loop.size()];
-    area += (surface.position(from) - surface.position(loop.front())).cross(surface.position(to) - surface.position(from));
+    area +=
+        (surface.position(from) - surface.position(loop.front())).cross(surface.position(to) - surface.position(from));
     const Index t = surface.triangle_at(from, to);
     if (t != no_index) normal += surface.normal(t);
   }
@@ -111,9 +113,8 @@ using Patch = std::vector<GrowingSurface::Triangle>;
 bool apply(GrowingSurface& surface, const TriangleJudge& judge, Patch patch) {
   std::vector<Index> added;
   while (!patch.empty()) {
-    const auto next = std::find_if(patch.begin(), patch.end(), [&](const auto& t) {
-      return judge.dihedral(t[0], t[1], t[2]).has_value();
-    });
+    const auto next = std::find_if(patch.begin(), patch.end(),
+                                   [&](const auto& t) { return judge.dihedral(t[0], t[1], t[2]).has_value(); });
     if (next == patch.end()) break;
     added.push_back(surface.add(*next));
     patch.erase(next);
@@ -329,7 +330,8 @@ std::size_t split_vertices(Mixture& vertices, std::vector<Index>& component_of_v
       // A tenth of the way to the centroid of the fan.
       Vec3 centroid = Vec3::Zero();
       for (const Index h : fans[f])
-        centroid += 0.5 * (vertices.means[faces.corners[he.next[h]]] + vertices.means[faces.corners[he.next[he.next[h]]]]);
+        centroid +=
+            0.5 * (vertices.means[faces.corners[he.next[h]]] + vertices.means[faces.corners[he.next[he.next[h]]]]);
       centroid /= static_cast<double>(fans[f].size());
       vertices.means[copy] = mean + 0.1 * (centroid - mean);
       for (const Index h : fans[f]) faces.corners[h] = copy;
@@ -353,8 +355,7 @@ Specks drop_specks(const Mixture& vertices, FaceList& faces, double min_share) {
   double total = 0;
   for (const double w : vertices.weights) total += w;
   // Never everything: the heaviest component stays whatever its share.
-  const auto heaviest =
-      static_cast<std::size_t>(std::max_element(weight.begin(), weight.end()) - weight.begin());
+  const auto heaviest = static_cast<std::size_t>(std::max_element(weight.begin(), weight.end()) - weight.begin());
   Specks specks;
   std::vector<char> drop(components.count, 0);
   for (std::size_t c = 0; c < components.count; ++c) {

@@ -52,7 +52,8 @@ Triangulation triangulate(const Mixture& mixture, const TriangulateOptions& opti
   CovMesh& mesh = result.mesh;
   mesh.faces = surface.faces();
   if (mesh.faces.empty())
-    throw NoSurfaceError("no three of the " + std::to_string(mixture.size()) + " Gaussians overlap enough for a triangle");
+    throw NoSurfaceError("no three of the " + std::to_string(mixture.size()) +
+                         " Gaussians overlap enough for a triangle");
 
   double leftover = 0;
   for (Index v = 0; v < mixture.size(); ++v)
