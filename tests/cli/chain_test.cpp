@@ -169,9 +169,9 @@ TEST_F(ChainTest, devices_are_written_and_not_replaced) {
 
 /// Input, transformed, and options of which each stage command takes its part.
 struct Sequence {
-  std::string name;
-  std::vector<Vec3> points;
-  Words scale, mixture, triangulate, fit, subdivide;
+  const char* name;
+  std::vector<Vec3> (*points)();
+  const char *scale, *mixture, *triangulate, *fit, *subdivide;  ///< separated by blanks
 };
 
 void PrintTo(const Sequence& sequence, std::ostream* out) {
@@ -188,52 +188,46 @@ class StagesInSequence : public testing::TestWithParam<Sequence> {};
 TEST_P(StagesInSequence, give_the_bytes_of_the_chain) {
   const Sequence& s = GetParam();
   TemporaryFolder folder;
-  write_bytes(folder / "in.ply", ply_of(s.points));
+  write_bytes(folder / "in.ply", ply_of(s.points()));
   const ProcessOptions here{.folder = folder.path().string()};
   const auto do_here = [&](const Words& words) {
     const ProcessResult result = run(words, here);
     ASSERT_EQ(result.exit_code, 0) << testing::PrintToString(words) << "\n" << result.err;
   };
-  do_here(Words{"in.ply", "chain.ply"} + s.scale + s.mixture + s.triangulate + s.fit + s.subdivide);
-  do_here(Words{"mixture", "in.ply", "m.ply"} + s.scale + s.mixture);
-  do_here(Words{"triangulate", "m.ply", "t.ply"} + s.triangulate);
-  do_here(Words{"fit", "t.ply", "in.ply", "f.ply"} + s.scale + s.fit);
-  do_here(Words{"subdivide", "f.ply", "out.ply"} + s.subdivide);
+  do_here(Words{"in.ply", "chain.ply"} + words_of(s.scale) + words_of(s.mixture) + words_of(s.triangulate) +
+          words_of(s.fit) + words_of(s.subdivide));
+  do_here(Words{"mixture", "in.ply", "m.ply"} + words_of(s.scale) + words_of(s.mixture));
+  do_here(Words{"triangulate", "m.ply", "t.ply"} + words_of(s.triangulate));
+  do_here(Words{"fit", "t.ply", "in.ply", "f.ply"} + words_of(s.scale) + words_of(s.fit));
+  do_here(Words{"subdivide", "f.ply", "out.ply"} + words_of(s.subdivide));
   EXPECT_GT(read_bytes(folder / "chain.ply").size(), 10000u);
   EXPECT_TRUE(read_bytes(folder / "f.ply") == read_bytes(folder / "chain.covmesh.ply"));
   EXPECT_TRUE(read_bytes(folder / "out.ply") == read_bytes(folder / "chain.ply"));
   // What lies in a plane is fitted already.
-  EXPECT_EQ(read_bytes(folder / "t.ply") == read_bytes(folder / "f.ply"), s.name == "sheet");
+  EXPECT_EQ(read_bytes(folder / "t.ply") == read_bytes(folder / "f.ply"), std::string(s.name) == "sheet");
 
   // A mixture and a covariance mesh enter the chain at their stages.
-  do_here(Words{"f.ply", "from_covmesh.ply"} + s.subdivide);
+  do_here(Words{"f.ply", "from_covmesh.ply"} + words_of(s.subdivide));
   EXPECT_TRUE(read_bytes(folder / "from_covmesh.ply") == read_bytes(folder / "chain.ply"));
-  do_here(Words{"m.ply", "from_mixture.ply"} + s.triangulate + s.subdivide);
+  do_here(Words{"m.ply", "from_mixture.ply"} + words_of(s.triangulate) + words_of(s.subdivide));
   EXPECT_TRUE(read_bytes(folder / "from_mixture.covmesh.ply") == read_bytes(folder / "t.ply"));
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Inputs, StagesInSequence,
-    testing::Values(
-        Sequence{"defaults", noisy_sphere(5000, 0.005), {}, {}, {}, {}, {}},
-        Sequence{"far_from_the_origin",
-                 moved(noisy_torus(6000, 0.005), 25, Vec3(600000.37, 5000000.11, 431.7)),
-                 {},
-                 {},
-                 {},
-                 {},
-                 {}},
-        Sequence{"tiny", moved(noisy_torus(6000, 0.005), 1e-7, Vec3(1e-6, 0, 0)), {}, {}, {}, {}, {}},
-        Sequence{"options",
-                 noisy_torus(6000, 0.01),
-                 {"--isolation", "6"},
-                 {"--alpha", "1.7", "--detail", "0.9", "--hem-levels", "3", "--balance"},
-                 {"--min-overlap", "0.02", "--min-dihedral", "40", "--max-pinhole", "6", "--sensor", "1,2,30"},
-                 {"--fit-steps", "2"},
-                 {"--levels", "1", "--loop-weights", "warren", "--corners", "sharp"}},
-        Sequence{"sheet", flat_sheet(70), {}, {"--target", "600"}, {}, {"--fit-steps", "1"}, {"--levels", "0"}},
-        Sequence{"local_start", noisy_sphere(5000, 0.002), {}, {"--initial", "local"}, {}, {}, {"--levels", "2"}}),
-    [](const auto& instance) { return instance.param.name; });
+const Sequence sequences[] = {
+    {"defaults", [] { return noisy_sphere(5000, 0.005); }, "", "", "", "", ""},
+    {"far_from_the_origin", [] { return moved(noisy_torus(6000, 0.005), 25, Vec3(600000.37, 5000000.11, 431.7)); }, "",
+     "", "", "", ""},
+    {"tiny", [] { return moved(noisy_torus(6000, 0.005), 1e-7, Vec3(1e-6, 0, 0)); }, "", "", "", "", ""},
+    {"options", [] { return noisy_torus(6000, 0.01); }, "--isolation 6",
+     "--alpha 1.7 --detail 0.9 --hem-levels 3 --balance",
+     "--min-overlap 0.02 --min-dihedral 40 --max-pinhole 6 --sensor 1,2,30", "--fit-steps 2",
+     "--levels 1 --loop-weights warren --corners sharp"},
+    {"sheet", [] { return flat_sheet(70); }, "", "--target 600", "", "--fit-steps 1", "--levels 0"},
+    {"local_start", [] { return noisy_sphere(5000, 0.002); }, "", "--initial local", "", "", "--levels 2"},
+};
+
+INSTANTIATE_TEST_SUITE_P(Inputs, StagesInSequence, testing::ValuesIn(sequences),
+                         [](const auto& instance) { return std::string(instance.param.name); });
 
 TEST_F(ChainTest, same_bytes_for_any_number_of_threads) {
   write_bytes(folder / "in.ply", ply_of(noisy_torus(20000, 0.005)));

@@ -9,6 +9,8 @@
 #include <array>
 #include <chrono>
 #include <csignal>
+#include <iterator>
+#include <sstream>
 #include <stdexcept>
 
 namespace gpsrecon::test {
@@ -53,6 +55,11 @@ std::vector<std::string> names_in(const TemporaryFolder& folder) {
     names.push_back(entry.path().lexically_relative(folder.path()).string());
   std::sort(names.begin(), names.end());
   return names;
+}
+
+std::vector<std::string> words_of(const std::string& line) {
+  std::istringstream stream(line);
+  return {std::istream_iterator<std::string>(stream), {}};
 }
 
 ProcessResult run(const std::vector<std::string>& arguments, const ProcessOptions& options) {

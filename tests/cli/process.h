@@ -10,6 +10,9 @@ namespace gpsrecon::test {
 /// Names of all that is in a folder, hidden files included, sorted.
 std::vector<std::string> names_in(const TemporaryFolder& folder);
 
+/// A line split at its blanks.
+std::vector<std::string> words_of(const std::string& line);
+
 struct ProcessResult {
   int exit_code = -1;  ///< -1 if a signal ended it
   int signal = 0;
