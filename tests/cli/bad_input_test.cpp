@@ -247,18 +247,16 @@ TEST_P(BadFiles, of_other_projects_are_read_or_refused) {
   EXPECT_EQ(info.exit_code, 0) << info.err;
 }
 
-INSTANTIATE_TEST_SUITE_P(Files, BadFiles,
-                         testing::Values(BadFile{"assimp_cube_binary_header_with_RN_newline.ply",
-                                                 {0, 4}},  // 8 corners: a surface is possible, not owed
-                                         BadFile{"draco_float_inf_point_cloud.ply", {0}},  // 14 finite points of 16
-                                         BadFile{"happly_platonic_shelf.ply", {0}},        // five solids
-                                         BadFile{"happly_platonic_shelf_big_endian.ply", {0}},
-                                         BadFile{"pdal_issue_2421.ply", {4}},  // one point
-                                         BadFile{"trimesh_empty.ply", {3}},
-                                         BadFile{"trimesh_points_emptyface.ply", {0}}),
-                         [](const auto& instance) {
-                           return instance.param.name.substr(0, instance.param.name.find('.'));
-                         });
+INSTANTIATE_TEST_SUITE_P(
+    Files, BadFiles,
+    testing::Values(BadFile{"assimp_cube_binary_header_with_RN_newline.ply",
+                            {0, 4}},                                  // 8 corners: a surface is possible, not owed
+                    BadFile{"draco_float_inf_point_cloud.ply", {0}},  // 14 finite points of 16
+                    BadFile{"happly_platonic_shelf.ply", {4}},        // the 50 corners of five solids: too few
+                    BadFile{"happly_platonic_shelf_big_endian.ply", {4}},
+                    BadFile{"pdal_issue_2421.ply", {4}},  // one point
+                    BadFile{"trimesh_empty.ply", {3}}, BadFile{"trimesh_points_emptyface.ply", {0}}),
+    [](const auto& instance) { return instance.param.name.substr(0, instance.param.name.find('.')); });
 
 }  // namespace
 }  // namespace gpsrecon::test

@@ -78,7 +78,7 @@ TEST(Usage, help_tells_the_default_of_every_option_with_a_value) {
   EXPECT_THAT(chain.at("--alpha"), HasSubstr("default: 2"));
   EXPECT_THAT(chain.at("--min-dihedral"), HasSubstr("default: 30"));
   EXPECT_THAT(chain.at("--levels"), HasSubstr("default: auto"));
-  EXPECT_THAT(chain.at("--initial"), HasSubstr("default: isotropic"));
+  EXPECT_THAT(chain.at("--initial"), HasSubstr("default: local"));
 }
 
 TEST(Usage, manual_has_every_option_and_command) {

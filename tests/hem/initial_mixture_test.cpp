@@ -1,4 +1,6 @@
 #include <gtest/gtest.h>
+#include <algorithm>
+#include <numbers>
 
 #include <gpsrecon/hem/initial_mixture.h>
 #include <support/shapes.h>
@@ -39,7 +41,7 @@ TEST(InitialMixture, LocalCovarianceOfAPlane) {
   const Mat3 turn = Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized()).toRotationMatrix();
   PointCloud cloud = test::rectangle(500, 1, 1, 32).cloud();
   for (Vec3& p : cloud.positions) p = turn * p;
-  const double spacing = 0.04, sigma0 = 0.016;
+  const double spacing = 0.1, sigma0 = 0.04;  // nowhere sparser than this, rim included
   const Mixture m =
       initial_mixture(cloud, {.sigma0 = sigma0, .spacing = spacing, .initial = InitialCovariance::local}, {});
   ASSERT_NO_THROW(validate(m));
@@ -48,6 +50,35 @@ TEST(InitialMixture, LocalCovarianceOfAPlane) {
     EXPECT_LT(angle_of_axes(e.vectors.col(0), turn.col(2)), 1e-6);
     EXPECT_NEAR(e.values[0], sigma0 * sigma0, 1e-14);
     EXPECT_NEAR(e.values[2], spacing * spacing + sigma0 * sigma0, 1e-14);
+  }
+}
+
+TEST(InitialMixture, GaussiansWidenWhereTheCloudIsSparse) {
+  // A square grid has λmax = spacing² k/(4π) around a point up to the shape of the neighbourhood, so where the grid is
+  // s times wider than `spacing` the squared spacing is 0.6 s² times that, between 1 and 9 times; σ0² grows by 0.16 of
+  // it.
+  const double spacing = 0.01, sigma0 = 0.004;
+  for (const double s : {0.5, 1.0, 2.0, 3.0, 6.0}) {
+    PointCloud cloud;
+    for (int i = -6; i <= 6; ++i)
+      for (int j = -6; j <= 6; ++j) cloud.positions.push_back(s * spacing * Vec3(i, j, 0));
+    const std::size_t center = cloud.size() / 2;
+    const Mixture m = initial_mixture(
+        cloud, {.sigma0 = sigma0, .spacing = spacing, .initial = InitialCovariance::local, .neighbors = 21}, {});
+    const Eigen3 e = eigen_decomposition(m.covariances[center]);
+    // The 21 nearest points of the grid are those with i² + j² <= 5.
+    double sum = 0;
+    for (int i = -2; i <= 2; ++i)
+      for (int j = -2; j <= 2; ++j)
+        if (i * i + j * j <= 5) sum += i * i;
+    const double largest = s * s * spacing * spacing * sum / 21;
+    const double squared =
+        std::clamp(0.6 * 4 * std::numbers::pi * largest / 21, spacing * spacing, 9 * spacing * spacing);
+    const double kernel = sigma0 * sigma0 + 0.16 * (squared - spacing * spacing);
+    EXPECT_NEAR(e.values[2], squared + kernel, 1e-12 * squared) << s;
+    EXPECT_NEAR(e.values[0], kernel, 1e-12 * squared) << s;
+    EXPECT_EQ(squared > spacing * spacing, s >= 2) << s;
+    EXPECT_EQ(squared < 9 * spacing * spacing, s <= 3) << s;
   }
 }
 
@@ -71,7 +102,10 @@ TEST(InitialMixture, LocalCovarianceIsThatOfTheNeighbours) {
     Mat3 covariance = Mat3::Zero();
     for (const Vec3& p : near) covariance += (p - mean) * (p - mean).transpose() / k;
     const double largest = Eigen::SelfAdjointEigenSolver<Mat3>(covariance).eigenvalues()[2];
-    const Mat3 expected = spacing * spacing / largest * covariance + sigma0 * sigma0 * Mat3::Identity();
+    const double squared =
+        std::clamp(0.6 * 4 * std::numbers::pi * largest / k, spacing * spacing, 9 * spacing * spacing);
+    const Mat3 expected =
+        squared / largest * covariance + (sigma0 * sigma0 + 0.16 * (squared - spacing * spacing)) * Mat3::Identity();
     EXPECT_LT((m.covariances[i].matrix() - expected).norm(), 1e-14);
   }
 }

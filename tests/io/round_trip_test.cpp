@@ -114,7 +114,7 @@ TEST_P(BothEncodings, MixtureColumns) {
     EXPECT_EQ(columns.scalars[c].name, expected[c].first);
     EXPECT_EQ(columns.scalars[c].values[0], expected[c].second);
   }
-  EXPECT_THAT(read_bytes(path_), testing::HasSubstr(" frame 100 200 300 3 sigma0 2\n"));
+  EXPECT_THAT(read_bytes(path_), testing::HasSubstr(" frame 100 200 300 3 sigma0 2 spacing 0\n"));
 }
 
 TEST_P(BothEncodings, MixtureWithoutCommentIsInTheIdentityFrame) {
