@@ -213,6 +213,16 @@ TEST(Clean, WorldCoordinatesGiveBackTheLocalBits) {
     }
 }
 
+TEST(Clean, AroundTheOriginNothingIsMoved) {
+  // The origin of the frame lies on a coarse grid, so that a cloud centred up to sampling keeps its own, and the change
+  // of frame is exact both ways.
+  const test::SampledShape sphere = test::random_sphere(20000, 18);
+  const CleanCloud c = clean(sphere.cloud());
+  EXPECT_EQ(c.cloud.frame.origin, Vec3::Zero());
+  for (std::size_t i = 0; i < c.cloud.size(); ++i)
+    ASSERT_EQ(c.cloud.frame.to_world(c.cloud.positions[i]), sphere.points[c.source[i]]);
+}
+
 TEST(Clean, AttributesFollowTheirPoints) {
   PointCloud cloud = test::random_sphere(400, 16, 3).cloud();
   for (std::size_t i = 0; i < cloud.size(); ++i) {
