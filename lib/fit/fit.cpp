@@ -1,7 +1,9 @@
+#include <gpsrecon/core/mesh_topology.h>
 #include <gpsrecon/core/neighbors.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/fit/fit.h>
 #include <gpsrecon/gps/limit_surface.h>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -12,6 +14,8 @@ namespace {
 /// Tuning constant of Tukey's biweight (95 % efficient on normal noise), in robust standard deviations.
 constexpr double biweight_tuning = 4.685;
 constexpr double deviations_per_median = 1.4826;
+/// Points farther beyond the rim than this many spacings belong to something else.
+constexpr double farthest_beyond = 4;
 
 /// Signed normal offset of every point from the surface sample closest to it.
 struct Offsets {
@@ -63,6 +67,64 @@ std::vector<double> average_offsets(const LimitSurface& surface, const Offsets& 
   return moves;
 }
 
+/// The rim of the surface: its boundary samples and, for each, the samples before and after it along the boundary.
+struct Rim {
+  std::vector<Index> sample, previous, next;
+  std::vector<Index> position;  ///< per sample of the surface: its place in `sample`, or no_index
+};
+
+Rim find_rim(const LimitSurface& surface) {
+  const HalfEdges he = half_edges(surface.faces(), surface.sample_count());
+  Rim rim;
+  rim.position.assign(surface.sample_count(), no_index);
+  for (const std::vector<Index>& loop : boundary_loops(surface.faces(), he))
+    for (std::size_t k = 0; k < loop.size(); ++k) {
+      rim.position[loop[k]] = static_cast<Index>(rim.sample.size());
+      rim.sample.push_back(loop[k]);
+      rim.previous.push_back(loop[(k + loop.size() - 1) % loop.size()]);
+      rim.next.push_back(loop[(k + 1) % loop.size()]);
+    }
+  return rim;
+}
+
+/// The rim ends where the means of the outermost Gaussians lie, half a Gaussian short of the points. Moves the control
+/// vertices of the rim outward, in the surface, by the width of the strip of points left beyond it: twice the mean
+/// distance of those points, but not more than their number fills at the spacing of the cloud, so that strays do not
+/// pull it.
+void extend_rim(const LimitSurface& surface, const Rim& rim, const SurfaceSamples& samples, const Offsets& offsets,
+                const PointCloud& cloud, Mixture& control) {
+  const double spacing = control.spacing;
+  if (rim.sample.empty() || !(spacing > 0)) return;
+  const std::size_t n = rim.sample.size();
+  std::vector<Vec3> outward(n);
+  std::vector<double> length(n);
+  for (std::size_t k = 0; k < n; ++k) {
+    const Vec3 along = samples.positions[rim.next[k]] - samples.positions[rim.previous[k]];
+    length[k] = 0.5 * along.norm();
+    outward[k] = along.cross(samples.normals[rim.sample[k]]).stableNormalized();
+  }
+  const double thickness = biweight_tuning * deviations_per_median * median_magnitude(offsets.offset);
+  std::vector<WeightedSum> beyond(n, WeightedSum::Zero());
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const Index k = rim.position[offsets.sample[i]];
+    if (k == no_index || std::abs(offsets.offset[i]) > thickness) continue;
+    const double distance = outward[k].dot(cloud.positions[i] - samples.positions[rim.sample[k]]);
+    if (distance > 0 && distance < farthest_beyond * spacing)
+      beyond[k] += WeightedSum(cloud.weight(i) * distance, cloud.weight(i));
+  }
+  std::vector<WeightedSum> sums(surface.sample_count(), WeightedSum::Zero());
+  for (std::size_t k = 0; k < n; ++k) {
+    double width = 0;
+    if (beyond[k][1] > 0 && length[k] > 0)
+      width = std::min(2 * beyond[k][0] / beyond[k][1], beyond[k][1] * spacing * spacing / length[k]);
+    sums[rim.sample[k]] = WeightedSum(length[k] * width, length[k]);
+  }
+  const std::vector<WeightedSum> pulled = surface.to_control<WeightedSum>(sums);
+  for (std::size_t v = 0; v < pulled.size(); ++v)
+    if (rim.position[v] != no_index && pulled[v][1] > 0)
+      control.means[v] += pulled[v][0] / pulled[v][1] * outward[rim.position[v]];
+}
+
 }  // namespace
 
 void FitOptions::check() const {
@@ -75,10 +137,13 @@ CovMesh fit(CovMesh mesh, const PointCloud& cloud, const FitOptions& options, co
   if (options.steps == 0 || cloud.empty() || mesh.faces.empty()) return mesh;
   const LimitSurface surface(mesh.faces, mesh.vertices.size(), options.level, LoopWeights::loop, CornerRule::smooth,
                              context);
+  const Rim rim = find_rim(surface);
   for (int step = 0; step < options.steps; ++step) {
     const SurfaceSamples samples = surface.evaluate(mesh.vertices, true, context);
-    const std::vector<double> moves = average_offsets(surface, measure(samples, cloud, context), cloud);
+    const Offsets offsets = measure(samples, cloud, context);
+    const std::vector<double> moves = average_offsets(surface, offsets, cloud);
     for (std::size_t v = 0; v < moves.size(); ++v) mesh.vertices.means[v] += moves[v] * samples.normals[v];
+    extend_rim(surface, rim, samples, offsets, cloud, mesh.vertices);
     context.progress("fit", static_cast<double>(step + 1) / options.steps);
   }
   return mesh;

@@ -18,8 +18,9 @@ struct FitOptions {
 
 /// Moves the means of a triangular covariance mesh along the normals so that its limit surface runs through the points:
 /// each point is assigned to the closest surface sample, and each vertex moves by the robust (biweight) average of
-/// the signed normal offsets in its support. Covariances and faces stay. Mesh and cloud must be in the same frame.
-/// O(n log m) per step for n points and m samples. Throws OptionError, InvariantError, Cancelled.
+/// the signed normal offsets in its support. Vertices of the rim of an open surface also move outward, to where the
+/// points end (if `mesh.vertices.spacing` is known). Covariances and faces stay. Mesh and cloud must be in the same
+/// frame. O(n log m) per step for n points and m samples. Throws OptionError, InvariantError, Cancelled.
 CovMesh fit(CovMesh mesh, const PointCloud& cloud, const FitOptions& options = {}, const RunContext& context = {});
 
 }  // namespace gpsrecon
