@@ -10,9 +10,9 @@
 # This is the only list of packages of the project. Debian 12 or later; elsewhere, install the same libraries by hand.
 set -eu
 
-build="g++ cmake ninja-build ccache libeigen3-dev libflann-dev liblz4-dev libcli11-dev libspdlog-dev nlohmann-json3-dev
-  libpcl-dev"
-test="libgtest-dev libgmock-dev libbenchmark-dev libcgal-dev libopenmesh-dev libosd-dev"
+build="g++ cmake ninja-build ccache libeigen3-dev libflann-dev liblz4-dev libcgal-dev libcli11-dev libspdlog-dev
+  nlohmann-json3-dev libpcl-dev"
+test="libgtest-dev libgmock-dev libbenchmark-dev libopenmesh-dev libosd-dev"
 develop="git clang-format-14 clang-tidy-14"
 
 case "${1:-build}" in
