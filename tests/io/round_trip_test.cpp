@@ -255,11 +255,12 @@ TEST_P(BothEncodings, MeshPositionsAreDoubleWhereFloatIsTooCoarse) {
   };
   for (Vec3& p : mesh.positions) p = 0.1 * p + Vec3(0.3, 0.3, 0.3);
   EXPECT_STREQ(stored_type(), "float");
-  const Vec3 far(16777217, 0, 0);
-  for (Vec3& p : mesh.positions) p += far;
+  for (Vec3& p : mesh.positions) p.x() = 16777217;
   EXPECT_STREQ(stored_type(), "double");
   EXPECT_EQ(read_mesh(path_).positions, mesh.positions);
-  for (Vec3& p : mesh.positions) p = 1e7 * (p - far) + far;  // a diagonal of 2e6: float moves by 1 at most
+  mesh.positions[0].y() = 0.9e6;
+  EXPECT_STREQ(stored_type(), "double");
+  mesh.positions[0].y() = 1.1e6;
   EXPECT_STREQ(stored_type(), "float");
   for (Vec3& p : mesh.positions) p *= 1e40;  // beyond float
   EXPECT_STREQ(stored_type(), "double");
