@@ -23,19 +23,73 @@ struct Offsets {
   std::vector<double> offset;
 };
 
-Offsets measure(const SurfaceSamples& samples, const PointCloud& cloud, const RunContext& context) {
+void measure_offsets(const SurfaceSamples& samples, const PointCloud& cloud, const RunContext& context,
+                     Offsets& offsets) {
+  parallel_for(cloud.size(), context, [&](std::size_t i) {
+    const Index s = offsets.sample[i];
+    offsets.offset[i] = samples.normals[s].dot(cloud.positions[i] - samples.positions[s]);
+  });
+}
+
+Offsets find_offsets(const SurfaceSamples& samples, const PointCloud& cloud, const RunContext& context) {
   const Neighbors index(samples.positions);
   Offsets offsets{std::vector<Index>(cloud.size()), std::vector<double>(cloud.size())};
   parallel_blocks(cloud.size(), context, [&](std::size_t, std::size_t begin, std::size_t end) {
     std::vector<Neighbor> found;
     for (std::size_t i = begin; i < end; ++i) {
       index.nearest(cloud.positions[i], 1, found);
-      const Index s = found.front().index;
-      offsets.sample[i] = s;
-      offsets.offset[i] = samples.normals[s].dot(cloud.positions[i] - samples.positions[s]);
+      offsets.sample[i] = found.front().index;
     }
   });
+  measure_offsets(samples, cloud, context, offsets);
   return offsets;
+}
+
+/// Next samples of every sample along the edges of the refined faces.
+struct SampleGraph {
+  std::vector<std::uint32_t> offset;
+  std::vector<Index> next;
+};
+
+SampleGraph sample_graph(const LimitSurface& surface) {
+  const FaceList& faces = surface.faces();
+  SampleGraph graph{std::vector<std::uint32_t>(surface.sample_count() + 1, 0), {}};
+  for (const Index v : faces.corners) graph.offset[v + 1] += 2;
+  for (std::size_t s = 0; s < surface.sample_count(); ++s) graph.offset[s + 1] += graph.offset[s];
+  graph.next.resize(graph.offset.back());
+  std::vector<std::uint32_t> cursor(graph.offset.begin(), graph.offset.end() - 1);
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    const auto face = faces[f];
+    for (std::size_t k = 0; k < face.size(); ++k) {
+      graph.next[cursor[face[k]]++] = face[(k + 1) % face.size()];
+      graph.next[cursor[face[k]]++] = face[(k + face.size() - 1) % face.size()];
+    }
+  }
+  return graph;
+}
+
+/// After a step the surface has moved little: from the sample of the step before, a walk along edges to ever closer
+/// ones finds the closest again, at a fraction of the price of a search.
+void follow_offsets(const SurfaceSamples& samples, const SampleGraph& graph, const PointCloud& cloud,
+                    const RunContext& context, Offsets& offsets) {
+  parallel_for(cloud.size(), context, [&](std::size_t i) {
+    const Vec3& point = cloud.positions[i];
+    Index at = offsets.sample[i];
+    double distance2 = (samples.positions[at] - point).squaredNorm();
+    for (bool moved = true; moved;) {
+      moved = false;
+      const Index from = at;
+      for (std::uint32_t e = graph.offset[from]; e < graph.offset[from + 1]; ++e) {
+        const double candidate2 = (samples.positions[graph.next[e]] - point).squaredNorm();
+        if (candidate2 >= distance2) continue;
+        distance2 = candidate2;
+        at = graph.next[e];
+        moved = true;
+      }
+    }
+    offsets.sample[i] = at;
+  });
+  measure_offsets(samples, cloud, context, offsets);
 }
 
 double median_magnitude(const std::vector<double>& values) {
@@ -138,9 +192,14 @@ CovMesh fit(CovMesh mesh, const PointCloud& cloud, const FitOptions& options, co
   const LimitSurface surface(mesh.faces, mesh.vertices.size(), options.level, LoopWeights::loop, CornerRule::smooth,
                              context);
   const Rim rim = find_rim(surface);
+  const SampleGraph graph = sample_graph(surface);
+  Offsets offsets;
   for (int step = 0; step < options.steps; ++step) {
     const SurfaceSamples samples = surface.evaluate(mesh.vertices, true, context);
-    const Offsets offsets = measure(samples, cloud, context);
+    if (step == 0)
+      offsets = find_offsets(samples, cloud, context);
+    else
+      follow_offsets(samples, graph, cloud, context, offsets);
     const std::vector<double> moves = average_offsets(surface, offsets, cloud);
     for (std::size_t v = 0; v < moves.size(); ++v) mesh.vertices.means[v] += moves[v] * samples.normals[v];
     extend_rim(surface, rim, samples, offsets, cloud, mesh.vertices);
