@@ -109,7 +109,8 @@ std::vector<double> average_offsets(const LimitSurface& surface, const Offsets& 
   const double width = biweight_tuning * deviations_per_median * median_magnitude(offsets.offset);
   std::vector<WeightedSum> sums(surface.sample_count(), WeightedSum::Zero());
   for (std::size_t i = 0; i < offsets.sample.size(); ++i) {
-    const double u = width > 0 ? offsets.offset[i] / width : 0;
+    // Infinite for a point off a surface that most points lie in exactly (width 0).
+    const double u = offsets.offset[i] != 0 ? offsets.offset[i] / width : 0;
     if (std::abs(u) >= 1) continue;
     const double weight = cloud.weight(i) * (1 - u * u) * (1 - u * u);
     sums[offsets.sample[i]] += WeightedSum(weight * offsets.offset[i], weight);

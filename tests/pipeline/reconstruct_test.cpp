@@ -1,0 +1,450 @@
+#include <gmock/gmock.h>
+#include <gpsrecon/core/error.h>
+#include <gpsrecon/io/io.h>
+#include <gpsrecon/pipeline/reconstruct.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <limits>
+
+#include "pipeline/clouds.h"
+#include "support/temporary_folder.h"
+#include "triangulate/mesh_checks.h"
+
+namespace gpsrecon {
+namespace {
+
+using test::noisy_sphere;
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double noise = 0.02;
+
+std::vector<Vec3> world_positions(const Mesh& mesh) {
+  std::vector<Vec3> positions;
+  for (const Vec3& p : mesh.positions) positions.push_back(mesh.frame.to_world(p));
+  return positions;
+}
+
+/// What does not depend on the machine and the moment.
+std::string json(ErrorReport report) {
+  report.run = {};
+  return to_json(report);
+}
+
+/// The files of a reconstruction and its report.
+std::string bytes(const Reconstruction& result) {
+  const test::TemporaryFolder folder;
+  write_covmesh(result.covmesh, folder / "covmesh.ply");
+  write_mesh(result.mesh, folder / "mesh.ply");
+  return test::read_bytes(folder / "covmesh.ply") + test::read_bytes(folder / "mesh.ply") + json(result.report);
+}
+
+/// All numbers of both meshes in local units; the frame apart.
+void expect_same_local_bits(const Reconstruction& a, const Reconstruction& b) {
+  EXPECT_EQ(a.covmesh.vertices.means, b.covmesh.vertices.means);
+  EXPECT_EQ(a.covmesh.vertices.covariances, b.covmesh.vertices.covariances);
+  EXPECT_EQ(a.covmesh.faces, b.covmesh.faces);
+  EXPECT_EQ(a.mesh.positions, b.mesh.positions);
+  EXPECT_EQ(a.mesh.normals, b.mesh.normals);
+  EXPECT_EQ(a.mesh.sigma, b.mesh.sigma);
+  EXPECT_EQ(a.mesh.faces, b.mesh.faces);
+}
+
+/// Mean edge, each side of a face counted once (so edges between two faces count twice).
+double mean_edge(const std::vector<Vec3>& positions, const FaceList& faces) {
+  double sum = 0;
+  for (std::size_t f = 0; f < faces.size(); ++f)
+    for (int k = 0; k < 3; ++k) sum += (positions[faces[f][k]] - positions[faces[f][(k + 1) % 3]]).norm();
+  return sum / static_cast<double>(faces.corners.size());
+}
+
+double volume(const std::vector<Vec3>& positions, const FaceList& faces) {
+  double sum = 0;
+  for (std::size_t f = 0; f < faces.size(); ++f)
+    sum += positions[faces[f][0]].dot(positions[faces[f][1]].cross(positions[faces[f][2]])) / 6;
+  return sum;
+}
+
+double distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
+  const double t = std::clamp((p - a).dot(b - a) / (b - a).squaredNorm(), 0.0, 1.0);
+  return (p - a - t * (b - a)).norm();
+}
+
+/// To the plane if the foot lies inside, else to the nearest side.
+double distance_to_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
+  const Vec3 normal = (b - a).cross(c - a).normalized();
+  const auto left_of = [&](const Vec3& from, const Vec3& to) { return normal.dot((to - from).cross(p - from)) >= 0; };
+  if (left_of(a, b) && left_of(b, c) && left_of(c, a)) return std::abs(normal.dot(p - a));
+  return std::min({distance_to_segment(p, a, b), distance_to_segment(p, b, c), distance_to_segment(p, c, a)});
+}
+
+TEST(Reconstruct, TurnsANoisySphereIntoASmoothClosedOne) {
+  const Reconstruction result = reconstruct(noisy_sphere(5000, noise));
+  const Topology t = topology(result.mesh.faces, result.mesh.positions.size());
+  EXPECT_TRUE(t.manifold());
+  EXPECT_EQ(t.euler, 2);
+  EXPECT_EQ(t.components, 1u);
+  EXPECT_EQ(t.boundary_loops, 0u);
+  const std::vector<Vec3> positions = world_positions(result.mesh);
+  EXPECT_GT(volume(positions, result.mesh.faces), 0);
+  double sum = 0;
+  for (std::size_t v = 0; v < positions.size(); ++v) {
+    sum += std::pow(positions[v].norm() - 1, 2);
+    EXPECT_GT(result.mesh.normals[v].dot(positions[v].normalized()), 0.9) << v;
+  }
+  EXPECT_LT(std::sqrt(sum / static_cast<double>(positions.size())), noise / 2);
+}
+
+TEST(Reconstruct, ReportsWhatItReturns) {
+  PointCloud cloud = test::scaled(noisy_sphere(700, noise), 3);
+  cloud.positions[5] *= 9;
+  cloud.positions.push_back(cloud.positions[8]);
+  cloud.positions.emplace_back(nan, 0, 0);
+  const Reconstruction result = reconstruct(cloud);
+  const ErrorReport& report = result.report;
+  const PreparedCloud prepared = prepare(cloud);
+  EXPECT_EQ(report.command, "reconstruct");
+
+  EXPECT_EQ(report.input->points, cloud.size());
+  ASSERT_EQ(report.dropped.size(), 3u);
+  for (const DroppedPoints& dropped : report.dropped) EXPECT_EQ(dropped.points, 1u) << dropped.reason;
+  std::vector<Vec3> kept;
+  for (const Index i : prepared.clean.source) kept.push_back(cloud.positions[i]);
+  EXPECT_EQ(kept.size(), 699u);
+  EXPECT_NEAR(report.diagonal, bounding_box_diagonal(kept), 1e-12);
+
+  EXPECT_EQ(report.mixture->levels.front(), kept.size());
+  EXPECT_EQ(report.mixture->levels.back(), report.mixture->components);
+  EXPECT_NEAR(report.mixture->weight, 700, 1e-9);
+  EXPECT_EQ(report.covmesh->vertices, result.covmesh.vertices.size());
+  EXPECT_EQ(report.covmesh->faces, result.covmesh.faces.size());
+  EXPECT_EQ(report.covmesh->boundary_loops.size(),
+            topology(result.covmesh.faces, result.covmesh.vertices.size()).boundary_loops);
+  EXPECT_EQ(report.covmesh->vertices + report.covmesh->leftover_components,
+            report.mixture->components + report.covmesh->split_vertices);
+  EXPECT_GT(report.fit->max_shift, report.fit->mean_shift);
+
+  const Topology t = topology(result.mesh.faces, result.mesh.positions.size());
+  EXPECT_EQ(report.mesh->vertices, result.mesh.positions.size());
+  EXPECT_EQ(report.mesh->faces, result.mesh.faces.size());
+  EXPECT_EQ(report.mesh->faces, result.covmesh.faces.size() << (2 * *report.mesh->level));
+  EXPECT_EQ(report.mesh->topology.euler, t.euler);
+  EXPECT_EQ(report.mesh->topology.edges, t.edges);
+  const std::vector<Vec3> positions = world_positions(result.mesh);
+  ASSERT_TRUE(report.mesh->volume.has_value());
+  EXPECT_NEAR(*report.mesh->volume, volume(positions, result.mesh.faces), 1e-9);
+
+  double sum = 0, farthest = 0, weights = 0;
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (std::size_t f = 0; f < result.mesh.faces.size(); ++f) {
+      const auto face = result.mesh.faces[f];
+      nearest =
+          std::min(nearest, distance_to_triangle(kept[i], positions[face[0]], positions[face[1]], positions[face[2]]));
+    }
+    const double weight = prepared.clean.cloud.weight(i);
+    sum += weight * nearest * nearest;
+    weights += weight;
+    farthest = std::max(farthest, nearest);
+  }
+  const Statistics& distance = report.points_to_surface->distance;
+  EXPECT_EQ(distance.weight, weights);
+  EXPECT_NEAR(distance.rms, std::sqrt(sum / weights), 1e-12);
+  EXPECT_NEAR(distance.max, farthest, 1e-12);
+
+  EXPECT_EQ(report.compression->numbers_read, 3 * cloud.size());
+  EXPECT_EQ(report.compression->numbers_stored, 10 * result.covmesh.vertices.size() + 3 * result.covmesh.faces.size());
+}
+
+TEST(Reconstruct, MakesAFlatSheetOfCoplanarPoints) {
+  const Vec3 x = Vec3(2, 1, -1).normalized(), y = x.cross(Vec3(0, 1, 3)).normalized(), normal = x.cross(y);
+  PointCloud cloud;
+  for (const Vec3& p : test::rectangle(2500, 3, 2, 6).points)
+    cloud.positions.push_back(p.x() * x + p.y() * y + 4 * normal);
+  const Reconstruction result = reconstruct(cloud);
+  for (const Vec3& p : world_positions(result.mesh)) EXPECT_NEAR(normal.dot(p), 4, 1e-9 * result.report.diagonal);
+  const Topology& t = result.report.mesh->topology;
+  EXPECT_TRUE(t.manifold());
+  EXPECT_EQ(t.components, 1u);
+  EXPECT_EQ(t.boundary_loops, 1u);
+  EXPECT_EQ(t.euler, 1);
+}
+
+TEST(Reconstruct, OnlyCountsRowsThatAreNotFinite) {
+  const PointCloud cloud = noisy_sphere(1500, noise);
+  PointCloud dirty = cloud;
+  for (const std::size_t at : {std::size_t{0}, std::size_t{700}, dirty.size()})
+    dirty.positions.insert(dirty.positions.begin() + static_cast<std::ptrdiff_t>(at), Vec3(0, nan, 0));
+  const Reconstruction a = reconstruct(cloud), b = reconstruct(dirty);
+  expect_same_local_bits(a, b);
+  EXPECT_EQ(a.covmesh.vertices.weights, b.covmesh.vertices.weights);
+  EXPECT_EQ(b.report.dropped[0].points, 3u);
+  EXPECT_EQ(a.report.points_to_surface->distance.rms, b.report.points_to_surface->distance.rms);
+}
+
+// A weight tells mixture reduction how sure a Gaussian is, so the surface may differ, but not its quality.
+TEST(Reconstruct, TakesACloudGivenTwice) {
+  const PointCloud cloud = noisy_sphere(1500, noise);
+  PointCloud twice = cloud;
+  twice.positions.insert(twice.positions.end(), cloud.positions.begin(), cloud.positions.end());
+  const Reconstruction result = reconstruct(twice);
+  EXPECT_EQ(result.report.dropped[1].points, 1500u);
+  EXPECT_NEAR(result.report.mixture->weight, 3000, 1e-9);
+  EXPECT_EQ(result.report.points_to_surface->distance.count, 1500u);
+  EXPECT_EQ(result.report.points_to_surface->distance.weight, 3000);
+  EXPECT_EQ(result.report.mesh->topology.euler, 2);
+  EXPECT_LT(result.report.points_to_surface->distance.rms, 1.2 * noise);
+}
+
+TEST(Reconstruct, FollowsPowersOfTwoToTheBit) {
+  const PointCloud cloud = noisy_sphere(1500, noise);
+  const Reconstruction one = reconstruct(cloud);
+  const test::TemporaryFolder folder;
+  write_covmesh(one.covmesh, folder / "one.ply");
+  write_mesh(one.mesh, folder / "one_mesh.ply");
+  const CovMesh one_read = read_covmesh(folder / "one.ply");
+  const Mesh one_mesh = read_mesh(folder / "one_mesh.ply");
+  for (const int k : {-12, 9}) {
+    const double factor = std::ldexp(1.0, k);
+    const Reconstruction other = reconstruct(test::scaled(cloud, factor));
+    expect_same_local_bits(one, other);
+    EXPECT_EQ(other.covmesh.vertices.frame.exponent, one.covmesh.vertices.frame.exponent + k);
+    EXPECT_EQ(other.report.points_to_surface->distance.rms, factor * one.report.points_to_surface->distance.rms);
+
+    write_covmesh(other.covmesh, folder / "other.ply");
+    write_mesh(other.mesh, folder / "other_mesh.ply");
+    const CovMesh read = read_covmesh(folder / "other.ply");
+    EXPECT_EQ(read.vertices.means, one_read.vertices.means);
+    EXPECT_EQ(read.vertices.covariances, one_read.vertices.covariances);
+    EXPECT_EQ(read.faces, one_read.faces);
+    Mesh mesh = read_mesh(folder / "other_mesh.ply");
+    for (Vec3& p : mesh.positions) p /= factor;
+    EXPECT_EQ(mesh.positions, one_mesh.positions);
+  }
+}
+
+/// The same surface up to rounding: `map` takes the vertices of one to those of the other, faces included, whatever
+/// their order.
+template <class Map>
+void expect_mapped(const Reconstruction& a, const Reconstruction& b, const Map& map, double tolerance) {
+  EXPECT_EQ(a.report.mixture->levels, b.report.mixture->levels);
+  const std::vector<Vec3> p = world_positions(a.mesh), q = world_positions(b.mesh);
+  ASSERT_EQ(p.size(), q.size());
+  double farthest = 0;
+  std::vector<Index> same(p.size());
+  for (std::size_t v = 0; v < p.size(); ++v) {
+    const Vec3 image = map(p[v]);
+    const auto nearest = std::min_element(q.begin(), q.end(), [&](const Vec3& x, const Vec3& y) {
+      return (x - image).squaredNorm() < (y - image).squaredNorm();
+    });
+    same[v] = static_cast<Index>(nearest - q.begin());
+    farthest = std::max(farthest, (*nearest - image).norm());
+  }
+  EXPECT_LT(farthest, tolerance);
+  EXPECT_EQ(test::canonical(a.mesh.faces, [&](Index v) { return same[v]; }), test::canonical(b.mesh.faces));
+}
+
+TEST(Reconstruct, FollowsOtherUnits) {
+  const PointCloud cloud = noisy_sphere(1500, noise);
+  expect_mapped(
+      reconstruct(cloud), reconstruct(test::scaled(cloud, 1000)), [](const Vec3& p) { return Vec3(1000 * p); },
+      1e-9 * 1000);
+}
+
+// The local input is the same to the bit; coordinates of files are rounded to 2^-30 at 5.4e6.
+TEST(Reconstruct, FollowsAFarOrigin) {
+  const PointCloud cloud = test::on_grid(noisy_sphere(1500, noise));
+  const Vec3 utm(500'000, 5'400'000, 300);
+  expect_mapped(
+      reconstruct(cloud), reconstruct(test::shifted(cloud, utm)), [&](const Vec3& p) { return Vec3(p + utm); },
+      16 * 0x1p-30);
+}
+
+TEST(Reconstruct, DoesNotDependOnTheOrderOfThePoints) {
+  PointCloud cloud = noisy_sphere(1500, noise);
+  for (int i = 0; i < 50; ++i) cloud.positions.push_back(cloud.positions[i]);
+  const std::string expected = bytes(reconstruct(cloud));
+  test::Random random(9);
+  random.shuffle(cloud.positions);
+  EXPECT_TRUE(bytes(reconstruct(cloud)) == expected);
+}
+
+TEST(Reconstruct, DoesNotDependOnThreads) {
+  const PointCloud cloud = noisy_sphere(10000, noise);
+  RunContext context;
+  context.threads = 1;
+  const std::string expected = bytes(reconstruct(cloud, {}, context));
+  for (const int threads : {2, 4}) {
+    context.threads = threads;
+    EXPECT_TRUE(bytes(reconstruct(cloud, {}, context)) == expected) << threads;
+  }
+}
+
+TEST(Reconstruct, IsItsStagesInTurn) {
+  const PointCloud cloud = noisy_sphere(1500, noise);
+  const ReconstructOptions options;
+  const RunContext context;
+  const Reconstruction chain = reconstruct(cloud, options, context);
+
+  const test::TemporaryFolder folder;
+  ErrorReport report;
+  const PreparedCloud prepared = prepare(cloud, options.scale, context);
+  const Mixture mixture = mixture_stage(prepared, options, context, report);
+  write_mixture(mixture, folder / "mixture.ply");
+  CovMesh mesh = triangulate_stage(read_mixture(folder / "mixture.ply"), options, context, report);
+  write_covmesh(mesh, folder / "mesh.ply");
+  mesh = fit_stage(read_covmesh(folder / "mesh.ply"), prepared, options, context, report);
+  write_covmesh(mesh, folder / "fitted.ply");
+  Reconstruction steps;
+  steps.covmesh = read_covmesh(folder / "fitted.ply");
+  steps.mesh = subdivide_stage(steps.covmesh, options, context, report);
+  expect_same_local_bits(chain, steps);
+  EXPECT_EQ(chain.covmesh.vertices.frame, steps.covmesh.vertices.frame);
+  EXPECT_EQ(chain.covmesh.vertices.weights, steps.covmesh.vertices.weights);
+  EXPECT_EQ(report.mesh->area, chain.report.mesh->area);
+
+  expect_same_local_bits(chain, reconstruct(steps.covmesh));
+  ReconstructOptions without_fit;
+  without_fit.fit.steps = 0;
+  const Reconstruction from_mixture = reconstruct(mixture, options, context);
+  expect_same_local_bits(reconstruct(cloud, without_fit, context), from_mixture);
+  EXPECT_FALSE(from_mixture.report.fit.has_value());
+  EXPECT_FALSE(from_mixture.report.points_to_surface.has_value());
+}
+
+// A cloud in another frame than the mesh is carried over to it.
+TEST(FitStage, TakesPointsOfAnotherFrame) {
+  const PointCloud cloud = noisy_sphere(1500, noise);
+  const PreparedCloud prepared = prepare(cloud);
+  ErrorReport report;
+  const CovMesh mesh = triangulate_stage(mixture_stage(prepared, {}, {}, report), {}, {}, report);
+  PreparedCloud other = prepared;
+  other.clean.cloud = in_frame(prepared.clean.cloud, {Vec3(0.25, -0.5, 1), 3});
+  const CovMesh a = fit_stage(mesh, prepared, {}, {}, report), b = fit_stage(mesh, other, {}, {}, report);
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
+    EXPECT_LT((a.vertices.means[v] - b.vertices.means[v]).norm(), 1e-12);
+}
+
+double kernel_width(const PreparedCloud& cloud, const ReconstructOptions& options, std::size_t expected_warnings) {
+  std::size_t warnings = 0;
+  RunContext context;
+  context.on_log = [&](LogLevel level, const std::string&) { warnings += level == LogLevel::warning; };
+  ErrorReport report;
+  const Mixture mixture = mixture_stage(cloud, options, context, report);
+  EXPECT_EQ(warnings, expected_warnings);
+  EXPECT_EQ(report.warnings.size(), expected_warnings);
+  EXPECT_EQ(mixture.sigma0 * mixture.frame.scale(), report.scale->sigma0);
+  return report.scale->sigma0;
+}
+
+TEST(MixtureStage, DividesTheWidthByDetailAndClampsIt) {
+  const PreparedCloud cloud = prepare(test::scaled(noisy_sphere(1000, noise), 5));
+  const double unit = cloud.clean.cloud.frame.scale();
+  const auto width = [&](double detail, std::size_t warnings) {
+    ReconstructOptions options;
+    options.detail = detail;
+    return kernel_width(cloud, options, warnings);
+  };
+  const double automatic = width(1, 0);
+  EXPECT_EQ(automatic, cloud.scale.sigma0_local * unit);
+  EXPECT_DOUBLE_EQ(width(0.5, 0), 2 * automatic);
+  EXPECT_DOUBLE_EQ(width(1.2, 0), automatic / 1.2);
+  EXPECT_DOUBLE_EQ(width(2, 1), 0.8 * automatic);
+  EXPECT_DOUBLE_EQ(width(100, 1), 0.8 * automatic);
+  ReconstructOptions isotropic;
+  isotropic.hem.initial = InitialCovariance::isotropic;
+  EXPECT_EQ(kernel_width(cloud, isotropic, 0), cloud.scale.sigma0 * unit);
+}
+
+TEST(MixtureStage, TakesAWidthRelativeToTheDiagonal) {
+  const PreparedCloud cloud = prepare(test::scaled(noisy_sphere(1000, noise), 5));
+  ReconstructOptions options;
+  options.sigma0_rel = 0.01;
+  EXPECT_DOUBLE_EQ(kernel_width(cloud, options, 0), 0.01 * cloud.diagonal * cloud.clean.cloud.frame.scale());
+}
+
+TEST(SubdivideStage, RefinesUntilEdgesAreAboutASpacing) {
+  const PointCloud cloud = noisy_sphere(6000, noise);
+  std::vector<int> levels;
+  for (const double detail : {1.0, 0.4, 0.15}) {
+    ReconstructOptions options;
+    options.detail = detail;
+    const Reconstruction result = reconstruct(cloud, options);
+    const int level = *result.report.mesh->level;
+    levels.push_back(level);
+    const double target = 1.5 * result.covmesh.vertices.spacing;
+    const double edge = mean_edge(result.covmesh.vertices.means, result.covmesh.faces);
+    if (level < 3) {
+      EXPECT_LE(mean_edge(result.mesh.positions, result.mesh.faces), 1.02 * target) << detail;
+    }
+    if (level > 0) {
+      EXPECT_GT(std::ldexp(edge, 1 - level), 0.98 * target) << detail;
+    }
+    EXPECT_LE(level, 3);
+  }
+  EXPECT_LT(levels.front(), levels.back());
+  ReconstructOptions options;
+  options.levels = 1;
+  EXPECT_EQ(reconstruct(cloud, options).report.mesh->level, 1);
+}
+
+TEST(Reconstruct, KeepsTwoSpheresApart) {
+  test::SampledShape a = test::random_sphere(2500, 1, 1, {-1.5, 0, 0}),
+                     b = test::random_sphere(2500, 2, 1, {1.5, 0, 0});
+  a.points.insert(a.points.end(), b.points.begin(), b.points.end());
+  const Reconstruction result = reconstruct(a.cloud());
+  const Topology& t = result.report.mesh->topology;
+  EXPECT_EQ(t.components, 2u);
+  EXPECT_EQ(t.euler, 4);
+  EXPECT_EQ(t.boundary_edges, 0u);
+  // Both outward: the volumes add up.
+  EXPECT_NEAR(*result.report.mesh->volume, 2 * 4 * std::numbers::pi / 3, 0.2);
+}
+
+TEST(Reconstruct, TurnsAnOpenSheetToTheSensor) {
+  // Far from the origin and in large units, so that the sensor must be taken from world coordinates.
+  const PointCloud cloud =
+      test::shifted(test::scaled(test::rectangle(2000, 2, 2, 4).cloud(), 100), Vec3(3000, -2000, 500));
+  for (const double side : {-1.0, 1.0}) {
+    ReconstructOptions options;
+    options.sensor = Vec3(3000, -2000, 500 + side * 80);
+    const Reconstruction result = reconstruct(cloud, options);
+    for (const Vec3& normal : result.mesh.normals) EXPECT_GT(side * normal.z(), 0.999);
+  }
+}
+
+TEST(Reconstruct, RefusesOptionsOutOfRange) {
+  const auto message = [](const auto& set) -> std::string {
+    ReconstructOptions options;
+    set(options);
+    try {
+      reconstruct(noisy_sphere(10, 0), options);
+    } catch (const OptionError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  using testing::HasSubstr;
+  using O = ReconstructOptions;
+  for (const double detail : {0.0, -1.0, 101.0, nan})
+    EXPECT_THAT(message([&](O& o) { o.detail = detail; }), HasSubstr("detail")) << detail;
+  for (const double width : {-0.1, std::numeric_limits<double>::infinity(), nan})
+    EXPECT_THAT(message([&](O& o) { o.sigma0_rel = width; }), HasSubstr("sigma0_rel")) << width;
+  for (const int levels : {-2, 9})
+    EXPECT_THAT(message([&](O& o) { o.levels = levels; }), HasSubstr("levels")) << levels;
+  EXPECT_THAT(message([](O& o) { o.sensor = Vec3(0, nan, 0); }), HasSubstr("sensor"));
+  EXPECT_THAT(message([](O& o) { o.fit.steps = -1; }), HasSubstr("steps"));
+  EXPECT_THAT(message([](O& o) { o.scale.isolation = 0.5; }), HasSubstr("isolation"));
+  EXPECT_THAT(message([](O& o) { o.hem.alpha = 0; }), HasSubstr("alpha"));
+  EXPECT_THAT(message([](O& o) { o.triangulate.min_overlap = 2; }), HasSubstr("min_overlap"));
+}
+
+TEST(Reconstruct, StopsWhenCancelled) {
+  const std::atomic<bool> cancel = true;
+  RunContext context;
+  context.cancel = &cancel;
+  EXPECT_THROW(reconstruct(noisy_sphere(500, noise), {}, context), Cancelled);
+}
+
+}  // namespace
+}  // namespace gpsrecon
