@@ -203,8 +203,7 @@ TEST_P(StagesInSequence, give_the_bytes_of_the_chain) {
   EXPECT_GT(read_bytes(folder / "chain.ply").size(), 10000u);
   EXPECT_TRUE(read_bytes(folder / "f.ply") == read_bytes(folder / "chain.covmesh.ply"));
   EXPECT_TRUE(read_bytes(folder / "out.ply") == read_bytes(folder / "chain.ply"));
-  // What lies in a plane is fitted already.
-  EXPECT_EQ(read_bytes(folder / "t.ply") == read_bytes(folder / "f.ply"), std::string(s.name) == "sheet");
+  EXPECT_FALSE(read_bytes(folder / "t.ply") == read_bytes(folder / "f.ply"));
 
   // A mixture and a covariance mesh enter the chain at their stages.
   do_here(Words{"f.ply", "from_covmesh.ply"} + words_of(s.subdivide));

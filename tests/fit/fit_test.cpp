@@ -200,6 +200,53 @@ TEST(Fit, LeavesVerticesWithoutPointsWhereTheyAre) {
   }
 }
 
+/// Where the limit surface of a mesh in the plane z = 0 ends in the direction of x, along the middle third of that
+/// side.
+double end_in_x(const CovMesh& mesh, double low_y, double high_y) {
+  const SurfaceSamples samples = LimitSurface(mesh.faces, mesh.vertices.size(), 2).evaluate(mesh.vertices);
+  double end = -1e300;
+  for (const Vec3& p : samples.positions)
+    if (p.y() > low_y && p.y() < high_y) end = std::max(end, p.x());
+  return end;
+}
+
+TEST(Fit, ExtendsTheRimToWhereThePointsEnd) {
+  CovMesh mesh = tilted_plane(9, false).mesh;
+  Vec3 low = mesh.vertices.means.front(), high = low;
+  for (const Vec3& mean : mesh.vertices.means) low = low.cwiseMin(mean), high = high.cwiseMax(mean);
+  const double edge = (high.x() - low.x()) / 9, step = edge / 8;
+  mesh.vertices.spacing = step;
+  const double third = (high.y() - low.y()) / 3;
+  const auto end = [&](const CovMesh& m) { return end_in_x(m, low.y() + third, high.y() - third); };
+  const double start = end(mesh);
+  double error_before = start;
+  for (const double beyond : {0.0, 0.2, 0.4}) {  // shares of an edge that the points reach past the rim
+    PointCloud cloud;
+    for (double x = low.x(); x <= start + beyond * edge; x += step)
+      for (double y = low.y(); y <= high.y(); y += step) cloud.positions.push_back({x, y, 0});
+    double last = 0;
+    for (const Vec3& p : cloud.positions) last = std::max(last, p.x());
+    const CovMesh fitted = fit(mesh, cloud, {.steps = 10});
+    EXPECT_NEAR(end(fitted), last, step) << beyond;
+    EXPECT_GE(end(fitted), start - 1e-12) << beyond;
+    for (const Vec3& mean : fitted.vertices.means) EXPECT_NEAR(mean.z(), 0, 1e-12);
+    error_before = last - start;
+  }
+  EXPECT_GT(error_before, 2 * step);  // so the last distance was one to be made up
+
+  // A stray beyond the rim is not a strip of points.
+  PointCloud cloud;
+  for (double x = low.x(); x <= start; x += step)
+    for (double y = low.y(); y <= high.y(); y += step) cloud.positions.push_back({x, y, 0});
+  const double without = end(fit(mesh, cloud));
+  cloud.positions.push_back({start + 3.9 * step, 0.5 * (low.y() + high.y()), 0});
+  EXPECT_LT(end(fit(mesh, cloud)) - without, step);
+
+  // Without a known spacing the rim stays.
+  mesh.vertices.spacing = 0;
+  EXPECT_NEAR(end(fit(mesh, cloud)), start, 1e-9);
+}
+
 TEST(Fit, FollowsRigidMotions) {
   const CovMesh mesh = sphere_mesh(2, 0.97);
   const PointCloud cloud = sphere_cloud(2000, 0.02);
