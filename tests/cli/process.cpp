@@ -77,6 +77,7 @@ ProcessResult run(const std::vector<std::string>& arguments, const ProcessOption
     ::dup2(in.read_end, STDIN_FILENO);
     ::dup2(out.write_end, STDOUT_FILENO);
     ::dup2(err.write_end, STDERR_FILENO);
+    std::signal(SIGPIPE, SIG_DFL);  // what is ignored here would be ignored there
     if (!options.folder.empty() && ::chdir(options.folder.c_str()) != 0) ::_exit(126);
     ::execv(program.c_str(), argv.data());
     ::_exit(127);
