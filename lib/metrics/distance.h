@@ -12,7 +12,7 @@ namespace gpsrecon {
 struct ClosestPoint {
   double distance = 0;        ///< Euclidean, not squared, >= 0
   Vec3 point = Vec3::Zero();  ///< on the surface, up to rounding
-  Index face = no_index;      ///< face of the mesh; any one of equally near ones, but always the same
+  Index face = no_index;      ///< face of the mesh; which of equally near ones depends on the queries before
 };
 
 /// Exact distance to the faces of a mesh, up to rounding, in the units of its positions: CGAL's tree of axis-aligned
@@ -30,8 +30,9 @@ class SurfaceDistance {
   bool empty() const { return triangle_count() == 0; }
   std::size_t triangle_count() const;
 
-  /// About O(log n) near the surface, but slower than distances(), which has a better first guess. Precondition: not
-  /// empty; query finite and within 1e70 times the size of the surface.
+  /// For single points: without the first guess that distances() has for nearly all, a query near a large surface takes
+  /// up to a hundred times as long. Precondition: not empty; query finite and within 1e70 times the size of the
+  /// surface.
   ClosestPoint closest(const Vec3& query) const;
 
   /// One result per point, in the order of the points; the same bytes for any number of threads. Points may be given in

@@ -255,7 +255,7 @@ TEST(Distance, DoesNotDependOnTheOtherQueries) {
     EXPECT_NEAR(surface.closest(points[i]).distance, together[i].distance, 1e-15) << i;
 }
 
-TEST(Distance, OfEquallyNearFacesTakesAnyButAlwaysTheSame) {
+TEST(Distance, OfEquallyNearFacesNamesOne) {
   const SurfaceDistance surface(octahedron()), again(octahedron());
   const auto face = [&](const Vec3& query) {
     const Index f = surface.closest(query).face;
