@@ -313,6 +313,17 @@ TEST(Subdivide, SurvivesMeshesWithoutTangentPlanes) {
   EXPECT_TRUE(subdivide(CovMesh{}).positions.empty());
 }
 
+TEST(Subdivide, TakesTheNormalOfTheFacesWhereTangentsAreParallel) {
+  // Two faces at a boundary vertex (0) whose inner edge is parallel to the chord of the boundary.
+  const Mesh mesh =
+      make_mesh({{0, 0, 0}, {2, 1, 0.5}, {1, 0, 0}, {-1, 1, 0.5}, {4, 0, 2}}, {{0, 1, 2}, {0, 2, 3}, {2, 1, 4}});
+  const Mesh surface = subdivide(with_equal_covariances(mesh, Sym3::identity()), {.levels = 0});
+  const std::vector<Vec3>& p = surface.positions;
+  const Vec3 area = (p[1] - p[0]).cross(p[2] - p[0]) + (p[2] - p[0]).cross(p[3] - p[0]);
+  ASSERT_GT(area.norm(), 0.01);
+  EXPECT_LT((surface.normals[0] - area.normalized()).norm(), 1e-12);
+}
+
 TEST(Subdivide, ChecksItsArguments) {
   const CovMesh control = with_equal_covariances(tetrahedron(), Sym3::identity());
   EXPECT_THROW(subdivide(control, {.levels = -1}), OptionError);
