@@ -60,7 +60,9 @@ void bind_triangulate(Arguments& arguments, ReconstructOptions& options) {
 void bind_fit(Arguments& arguments, FitOptions& options) {
   arguments.group("Fit");
   arguments.option("--fit-steps", "N", options.steps,
-                   "averaging steps that move the surface through the points, 0 = none", "[0, 100]");
+                   "steps that move the surface through the points, at most, per round; 0 = no fit", "[0, 100]");
+  arguments.option("--refinements", "N", options.refinements,
+                   "rounds, at most, that split control edges where the points show more detail", "[0, 10]");
 }
 
 void bind_subdivide(Arguments& arguments, ReconstructOptions& options) {

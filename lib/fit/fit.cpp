@@ -1,7 +1,11 @@
-#include <gpsrecon/core/mesh_topology.h>
-#include <gpsrecon/core/neighbors.h>
+#include <gpsrecon/core/error.h>
 #include <gpsrecon/core/parallel.h>
+#include <gpsrecon/core/random.h>
 #include <gpsrecon/fit/fit.h>
+#include <gpsrecon/fit/least_squares.h>
+#include <gpsrecon/fit/refine.h>
+#include <gpsrecon/fit/residuals.h>
+#include <gpsrecon/fit/rim.h>
 #include <gpsrecon/gps/limit_surface.h>
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -11,202 +15,221 @@
 namespace gpsrecon {
 namespace {
 
-/// Tuning constant of Tukey's biweight (95 % efficient on normal noise), in robust standard deviations.
-constexpr double biweight_tuning = 4.685;
-constexpr double deviations_per_median = 1.4826;
-/// Points farther beyond the rim than this many spacings belong to something else.
-constexpr double farthest_beyond = 4;
+constexpr double held_out_share = 1.0 / 16;
+/// Fewer points cannot judge.
+constexpr std::size_t min_held_out = 100;
+constexpr std::uint64_t held_out_stream = 0x6669740000000000;
+/// Steps end when one lowers the loss of the points it fits by less than this part.
+constexpr double min_improvement = 0.0005;
+/// A refinement is undone when the loss of the held-out points rises by more than this many standard errors. They are
+/// not quite impartial: the mixture has seen them, and every move away from it costs them a little.
+constexpr double significant_rise = 3;
+/// Steps in the end on all points, held out or not.
+constexpr int steps_on_all = 2;
+/// Rounds of refinement end when fewer than this part of the edges show detail.
+constexpr double min_split_share = 0.002;
 
-/// Signed normal offset of every point from the surface sample closest to it.
-struct Offsets {
-  std::vector<Index> sample;
-  std::vector<double> offset;
+/// Points that do not take part, one in sixteen at random; none of a small cloud.
+std::vector<char> hold_out(std::size_t points, std::uint64_t seed) {
+  std::vector<char> held_out(points, 0);
+  if (static_cast<double>(points) * held_out_share < min_held_out) return held_out;
+  for (std::size_t i = 0; i < points; ++i)
+    held_out[i] = random_uniform(seed, held_out_stream, i) < held_out_share ? 1 : 0;
+  return held_out;
+}
+
+/// Biweight loss of each point, in [0, 1].
+std::vector<double> point_losses(const Assignment& assignment, double scale, const RunContext& context) {
+  std::vector<double> losses(assignment.offset.size());
+  parallel_for(losses.size(), context, [&](std::size_t i) {
+    const double d = assignment.offset[i];
+    const double u = d != 0 ? d / (outlier_distance * scale) : 0;
+    const double kept = std::max(0.0, 1 - u * u);
+    losses[i] = 1 - kept * kept * kept;
+  });
+  return losses;
+}
+
+/// Mean loss of the points that are fitted.
+double fitted_loss(const std::vector<double>& losses, const std::vector<char>& held_out) {
+  double sum = 0, count = 0;
+  for (std::size_t i = 0; i < losses.size(); ++i) {
+    if (held_out[i]) continue;
+    sum += losses[i];
+    ++count;
+  }
+  return sum / count;
+}
+
+/// By how many standard errors the held-out points' loss rose.
+double held_out_rise(const std::vector<double>& before, const std::vector<double>& after,
+                     const std::vector<char>& held_out) {
+  double sum = 0, squares = 0;
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    if (!held_out[i]) continue;
+    const double rise = after[i] - before[i];
+    sum += rise;
+    squares += rise * rise;
+  }
+  return squares > 0 ? sum / std::sqrt(squares) : 0;
+}
+
+double held_out_median(const Assignment& assignment, const std::vector<char>& held_out) {
+  Assignment judges;
+  for (std::size_t i = 0; i < held_out.size(); ++i)
+    if (held_out[i]) judges.offset.push_back(assignment.offset[i]);
+  return judges.offset.empty() ? 0 : median_offset(judges);
+}
+
+/// Halves the moves of faces that would turn by more than a right angle, and forbids them in the end. Returns how many
+/// faces that concerned.
+std::size_t restrain(const CovMesh& mesh, const std::vector<Vec3>& normals, std::vector<double>& moves,
+                     const RunContext& context) {
+  const std::vector<Vec3>& means = mesh.vertices.means;
+  std::vector<char> turns(mesh.faces.size()), ever(mesh.faces.size(), 0);
+  constexpr int halvings = 6;
+  for (int attempt = 0; attempt <= halvings; ++attempt) {
+    parallel_for(mesh.faces.size(), context, [&](std::size_t f) {
+      const auto t = mesh.faces[f];
+      const auto moved = [&](Index v) -> Vec3 { return means[v] + moves[v] * normals[v]; };
+      const Vec3 before = (means[t[1]] - means[t[0]]).cross(means[t[2]] - means[t[0]]);
+      const Vec3 after = (moved(t[1]) - moved(t[0])).cross(moved(t[2]) - moved(t[0]));
+      turns[f] = before.dot(after) < 0 ? 1 : 0;
+    });
+    bool any = false;
+    std::vector<char> shorten(moves.size(), 0);
+    for (std::size_t f = 0; f < turns.size(); ++f) {
+      if (!turns[f]) continue;
+      any = true;
+      ever[f] = 1;
+      for (const Index v : mesh.faces[f]) shorten[v] = 1;
+    }
+    if (!any) break;
+    for (std::size_t v = 0; v < moves.size(); ++v)
+      if (shorten[v]) moves[v] *= attempt < halvings ? 0.5 : 0;
+  }
+  return static_cast<std::size_t>(std::count(ever.begin(), ever.end(), 1));
+}
+
+/// What one control mesh after the other is fitted with.
+struct Fitting {
+  const PointCloud& cloud;
+  const FitOptions& options;
+  const RunContext& context;
+  std::vector<char> held_out;
+  double scale = 0;  ///< median offset before the first step, by which loss is measured
+
+  // Of the current mesh:
+  std::vector<double> moved = {};   ///< per control vertex: its moves along the normal so far
+  Assignment assignment = {};       ///< of the points to its samples
+  std::vector<double> losses = {};  ///< of the points, see point_losses()
+
+  void assign(const SurfaceSamples& samples, const SampleGraph& graph, bool first);
+  std::size_t step(CovMesh& mesh, const LimitSurface& surface, const ControlEdges& edges, const Rim& rim,
+                   const SurfaceSamples& samples);
+  std::vector<char> round(Fit& fit, const TriangleConnectivity& topology, int steps);
 };
 
-void measure_offsets(const SurfaceSamples& samples, const PointCloud& cloud, const RunContext& context,
-                     Offsets& offsets) {
-  parallel_for(cloud.size(), context, [&](std::size_t i) {
-    const Index s = offsets.sample[i];
-    offsets.offset[i] = samples.normals[s].dot(cloud.positions[i] - samples.positions[s]);
-  });
-}
-
-Offsets find_offsets(const SurfaceSamples& samples, const PointCloud& cloud, const RunContext& context) {
-  const Neighbors index(samples.positions);
-  Offsets offsets{std::vector<Index>(cloud.size()), std::vector<double>(cloud.size())};
-  parallel_blocks(cloud.size(), context, [&](std::size_t, std::size_t begin, std::size_t end) {
-    std::vector<Neighbor> found;
-    for (std::size_t i = begin; i < end; ++i) {
-      index.nearest(cloud.positions[i], 1, found);
-      offsets.sample[i] = found.front().index;
-    }
-  });
-  measure_offsets(samples, cloud, context, offsets);
-  return offsets;
-}
-
-/// Next samples of every sample along the edges of the refined faces.
-struct SampleGraph {
-  std::vector<std::uint32_t> offset;
-  std::vector<Index> next;
-};
-
-SampleGraph sample_graph(const LimitSurface& surface) {
-  const FaceList& faces = surface.faces();
-  SampleGraph graph{std::vector<std::uint32_t>(surface.sample_count() + 1, 0), {}};
-  for (const Index v : faces.corners) graph.offset[v + 1] += 2;
-  for (std::size_t s = 0; s < surface.sample_count(); ++s) graph.offset[s + 1] += graph.offset[s];
-  graph.next.resize(graph.offset.back());
-  std::vector<std::uint32_t> cursor(graph.offset.begin(), graph.offset.end() - 1);
-  for (std::size_t f = 0; f < faces.size(); ++f) {
-    const auto face = faces[f];
-    for (std::size_t k = 0; k < face.size(); ++k) {
-      graph.next[cursor[face[k]]++] = face[(k + 1) % face.size()];
-      graph.next[cursor[face[k]]++] = face[(k + face.size() - 1) % face.size()];
-    }
+void Fitting::assign(const SurfaceSamples& samples, const SampleGraph& graph, bool first) {
+  if (first) {
+    assignment = assign_points(samples, cloud, context);
+    scale = median_offset(assignment);
+  } else {
+    reassign_points(samples, graph, cloud, context, assignment);
   }
-  return graph;
+  losses = point_losses(assignment, scale, context);
 }
 
-/// After a step the surface has moved little: from the sample of the step before, a walk along edges to ever closer
-/// ones finds the closest again, at a fraction of the price of a search.
-void follow_offsets(const SurfaceSamples& samples, const SampleGraph& graph, const PointCloud& cloud,
-                    const RunContext& context, Offsets& offsets) {
-  parallel_for(cloud.size(), context, [&](std::size_t i) {
-    const Vec3& point = cloud.positions[i];
-    Index at = offsets.sample[i];
-    double distance2 = (samples.positions[at] - point).squaredNorm();
-    for (bool moved = true; moved;) {
-      moved = false;
-      const Index from = at;
-      for (std::uint32_t e = graph.offset[from]; e < graph.offset[from + 1]; ++e) {
-        const double candidate2 = (samples.positions[graph.next[e]] - point).squaredNorm();
-        if (candidate2 >= distance2) continue;
-        distance2 = candidate2;
-        at = graph.next[e];
-        moved = true;
-      }
-    }
-    offsets.sample[i] = at;
-  });
-  measure_offsets(samples, cloud, context, offsets);
-}
-
-double median_magnitude(const std::vector<double>& values) {
-  std::vector<double> magnitudes(values.size());
-  std::transform(values.begin(), values.end(), magnitudes.begin(), [](double v) { return std::abs(v); });
-  const auto middle = magnitudes.begin() + static_cast<std::ptrdiff_t>(magnitudes.size() / 2);
-  std::nth_element(magnitudes.begin(), middle, magnitudes.end());
-  return *middle;
-}
-
-/// Weighted sums that an average is the ratio of.
-using WeightedSum = Eigen::Vector2d;  // (Σ w x, Σ w)
-
-/// How far each control vertex is to move along its normal: the average of the offsets in its support, weighted by the
-/// biweight of each and by the vertex's share in the surface there.
-std::vector<double> average_offsets(const LimitSurface& surface, const Offsets& offsets, const PointCloud& cloud) {
-  const double width = biweight_tuning * deviations_per_median * median_magnitude(offsets.offset);
-  std::vector<WeightedSum> sums(surface.sample_count(), WeightedSum::Zero());
-  for (std::size_t i = 0; i < offsets.sample.size(); ++i) {
-    // Infinite for a point off a surface that most points lie in exactly (width 0).
-    const double u = offsets.offset[i] != 0 ? offsets.offset[i] / width : 0;
-    if (std::abs(u) >= 1) continue;
-    const double weight = cloud.weight(i) * (1 - u * u) * (1 - u * u);
-    sums[offsets.sample[i]] += WeightedSum(weight * offsets.offset[i], weight);
+/// Returns the number of faces it held back.
+std::size_t Fitting::step(CovMesh& mesh, const LimitSurface& surface, const ControlEdges& edges, const Rim& rim,
+                          const SurfaceSamples& samples) {
+  const double typical = median_offset(assignment);
+  const Residuals residuals = robust_residuals(surface, assignment, cloud, held_out, typical);
+  std::vector<double> moves = solve_moves(surface, mesh.vertices, edges, samples, residuals, moved, context);
+  const std::size_t restrained = restrain(mesh, samples.normals, moves, context);
+  for (std::size_t v = 0; v < moves.size(); ++v) {
+    mesh.vertices.means[v] += moves[v] * samples.normals[v];
+    moved[v] += moves[v];
   }
-  const std::vector<WeightedSum> pulled = surface.to_control<WeightedSum>(sums);
-  std::vector<double> moves(pulled.size(), 0.0);
-  for (std::size_t v = 0; v < moves.size(); ++v)
-    if (pulled[v][1] > 0) moves[v] = pulled[v][0] / pulled[v][1];
-  return moves;
+  extend_rim(surface, rim, samples, assignment, cloud, outlier_distance * typical, mesh.vertices);
+  return restrained;
 }
 
-/// The rim of the surface: its boundary samples and, for each, the samples before and after it along the boundary.
-struct Rim {
-  std::vector<Index> sample, previous, next;
-  std::vector<Index> position;  ///< per sample of the surface: its place in `sample`, or no_index
-};
-
-Rim find_rim(const LimitSurface& surface) {
-  const HalfEdges he = half_edges(surface.faces(), surface.sample_count());
-  Rim rim;
-  rim.position.assign(surface.sample_count(), no_index);
-  for (const std::vector<Index>& loop : boundary_loops(surface.faces(), he))
-    for (std::size_t k = 0; k < loop.size(); ++k) {
-      rim.position[loop[k]] = static_cast<Index>(rim.sample.size());
-      rim.sample.push_back(loop[k]);
-      rim.previous.push_back(loop[(k + loop.size() - 1) % loop.size()]);
-      rim.next.push_back(loop[(k + 1) % loop.size()]);
-    }
-  return rim;
-}
-
-/// The rim ends where the means of the outermost Gaussians lie, half a Gaussian short of the points. Moves the control
-/// vertices of the rim outward, in the surface, by the width of the strip of points left beyond it: twice the mean
-/// distance of those points, but not more than their number fills at the spacing of the cloud, so that strays do not
-/// pull it.
-void extend_rim(const LimitSurface& surface, const Rim& rim, const SurfaceSamples& samples, const Offsets& offsets,
-                const PointCloud& cloud, Mixture& control) {
-  const double spacing = control.spacing;
-  if (rim.sample.empty() || !(spacing > 0)) return;
-  const std::size_t n = rim.sample.size();
-  std::vector<Vec3> outward(n);
-  std::vector<double> length(n);
-  for (std::size_t k = 0; k < n; ++k) {
-    const Vec3 along = samples.positions[rim.next[k]] - samples.positions[rim.previous[k]];
-    length[k] = 0.5 * along.norm();
-    outward[k] = along.cross(samples.normals[rim.sample[k]]).stableNormalized();
+/// Steps on one control mesh, until the points come no closer. Returns the control edges where the points show
+/// more detail, and hands the points over to the control vertices, which keep their numbers when edges are split.
+std::vector<char> Fitting::round(Fit& fit, const TriangleConnectivity& topology, int steps) {
+  CovMesh& mesh = fit.mesh;
+  const LimitSurface surface(mesh.faces, mesh.vertices.size(), options.level, LoopWeights::loop, CornerRule::smooth,
+                             context);
+  const SampleGraph graph = sample_graph(surface);
+  const Rim rim = find_rim(surface);
+  const ControlEdges edges = control_edges(topology);
+  moved.resize(mesh.vertices.size(), 0.0);
+  SurfaceSamples samples = surface.evaluate(mesh.vertices, true, context);
+  assign(samples, graph, fit.steps == 0);
+  if (fit.steps == 0) fit.held_out_before = held_out_median(assignment, held_out);
+  double loss = fitted_loss(losses, held_out);
+  for (int s = 0; s < steps; ++s) {
+    const double loss_before = loss;
+    fit.restrained_faces += step(mesh, surface, edges, rim, samples);
+    ++fit.steps;
+    samples = surface.evaluate(mesh.vertices, true, context);
+    assign(samples, graph, false);
+    loss = fitted_loss(losses, held_out);
+    // The rim of an open surface still moves when the rest has come to rest.
+    if (rim.sample.empty() && loss > (1 - min_improvement) * loss_before) break;
   }
-  const double thickness = biweight_tuning * deviations_per_median * median_magnitude(offsets.offset);
-  std::vector<WeightedSum> beyond(n, WeightedSum::Zero());
-  for (std::size_t i = 0; i < cloud.size(); ++i) {
-    const Index k = rim.position[offsets.sample[i]];
-    if (k == no_index || std::abs(offsets.offset[i]) > thickness) continue;
-    const double distance = outward[k].dot(cloud.positions[i] - samples.positions[rim.sample[k]]);
-    if (distance > 0 && distance < farthest_beyond * spacing)
-      beyond[k] += WeightedSum(cloud.weight(i) * distance, cloud.weight(i));
-  }
-  std::vector<WeightedSum> sums(surface.sample_count(), WeightedSum::Zero());
-  for (std::size_t k = 0; k < n; ++k) {
-    double width = 0;
-    if (beyond[k][1] > 0 && length[k] > 0)
-      width = std::min(2 * beyond[k][0] / beyond[k][1], beyond[k][1] * spacing * spacing / length[k]);
-    sums[rim.sample[k]] = WeightedSum(length[k] * width, length[k]);
-  }
-  const std::vector<WeightedSum> pulled = surface.to_control<WeightedSum>(sums);
-  for (std::size_t v = 0; v < pulled.size(); ++v)
-    if (rim.position[v] != no_index && pulled[v][1] > 0)
-      control.means[v] += pulled[v][0] / pulled[v][1] * outward[rim.position[v]];
+  const Residuals residuals = robust_residuals(surface, assignment, cloud, held_out, median_offset(assignment));
+  const std::vector<Index> control = surface.control_of_samples();
+  for (Index& s : assignment.sample) s = control[s];
+  return edges_with_detail(surface, topology, residuals);
 }
 
 }  // namespace
 
 void FitOptions::check() const {
-  if (steps < 0 || steps > 100) throw OptionError("steps must be in [0, 100], not " + std::to_string(steps));
-  if (level < 0 || level > 5) throw OptionError("level must be in [0, 5], not " + std::to_string(level));
+  const auto fail = [](const char* field, const char* range, int value) {
+    throw OptionError(std::string(field) + " must be in " + range + ", not " + std::to_string(value));
+  };
+  if (steps < 0 || steps > 100) fail("steps", "[0, 100]", steps);
+  if (refinements < 0 || refinements > 10) fail("refinements", "[0, 10]", refinements);
+  if (level < 1 || level > 5) fail("level", "[1, 5]", level);
 }
 
-CovMesh fit(CovMesh mesh, const PointCloud& cloud, const FitOptions& options, const RunContext& context) {
+Fit fit(CovMesh mesh, const PointCloud& cloud, const FitOptions& options, const RunContext& context) {
   options.check();
-  if (options.steps == 0 || cloud.empty() || mesh.faces.empty()) return mesh;
-  const LimitSurface surface(mesh.faces, mesh.vertices.size(), options.level, LoopWeights::loop, CornerRule::smooth,
-                             context);
-  const Rim rim = find_rim(surface);
-  const SampleGraph graph = sample_graph(surface);
-  Offsets offsets;
-  for (int step = 0; step < options.steps; ++step) {
-    const SurfaceSamples samples = surface.evaluate(mesh.vertices, true, context);
-    if (step == 0)
-      offsets = find_offsets(samples, cloud, context);
-    else
-      follow_offsets(samples, graph, cloud, context, offsets);
-    const std::vector<double> moves = average_offsets(surface, offsets, cloud);
-    for (std::size_t v = 0; v < moves.size(); ++v) mesh.vertices.means[v] += moves[v] * samples.normals[v];
-    extend_rim(surface, rim, samples, offsets, cloud, mesh.vertices);
-    context.progress("fit", static_cast<double>(step + 1) / options.steps);
+  Fit result;
+  result.mesh = std::move(mesh);
+  if (options.steps == 0 || cloud.empty() || result.mesh.faces.empty()) return result;
+  std::vector<char> held_out = hold_out(cloud.size(), context.seed);
+  result.held_out_points = static_cast<std::size_t>(std::count(held_out.begin(), held_out.end(), 1));
+  Fitting fitting{.cloud = cloud, .options = options, .context = context, .held_out = std::move(held_out)};
+  CovMesh coarser;
+  std::vector<double> losses;
+  for (int round = 0;; ++round) {
+    const TriangleConnectivity topology = triangle_connectivity(result.mesh.faces, result.mesh.vertices.size());
+    const std::vector<char> detail = fitting.round(result, topology, options.steps);
+    if (round > 0 && held_out_rise(losses, fitting.losses, fitting.held_out) > significant_rise) {
+      result.mesh = std::move(coarser);
+      break;
+    }
+    if (round > 0) {
+      ++result.refinements;
+      result.added_vertices += result.mesh.vertices.size() - coarser.vertices.size();
+    }
+    losses = fitting.losses;
+    result.held_out_after = held_out_median(fitting.assignment, fitting.held_out);
+    context.progress("fit", static_cast<double>(round + 1) / (options.refinements + 1));
+    const auto marked = static_cast<double>(std::count(detail.begin(), detail.end(), 1));
+    if (round == options.refinements || marked <= min_split_share * static_cast<double>(detail.size())) break;
+    coarser = std::move(result.mesh);
+    result.mesh = split_edges(coarser, topology, detail, context);
   }
-  return mesh;
+  if (result.held_out_points > 0) {
+    fitting.held_out.assign(cloud.size(), 0);
+    fitting.round(result, triangle_connectivity(result.mesh.faces, result.mesh.vertices.size()), steps_on_all);
+  }
+  return result;
 }
 
 }  // namespace gpsrecon

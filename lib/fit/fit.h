@@ -7,20 +7,40 @@
 namespace gpsrecon {
 
 struct FitOptions {
-  /// Averaging steps. Range: [0, 100]; 0 = return the mesh as it is.
-  int steps = 5;
-  /// Refinement level at which the surface is sampled. Range: [0, 5].
+  /// Gauss-Newton steps per round, at most. Range: [0, 100]; 0 = return the mesh as it is.
+  int steps = 4;
+  /// Rounds of refinement, at most: control edges are split where the points show detail that the control mesh is too
+  /// coarse for, and the finer mesh is fitted again. Range: [0, 10].
+  int refinements = 2;
+  /// Refinement level at which the surface is sampled. Range: [1, 5].
   int level = 2;
 
   /// Throws OptionError naming the field and the value.
   void check() const;
 };
 
-/// Moves the means of a triangular covariance mesh along the normals so that its limit surface runs through the points:
-/// each point is assigned to the closest surface sample, and each vertex moves by the robust (biweight) average of
-/// the signed normal offsets in its support. Vertices of the rim of an open surface also move outward, to where the
-/// points end (if `mesh.vertices.spacing` is known). Covariances and faces stay. Mesh and cloud must be in the same
-/// frame. O(n log m) per step for n points and m samples. Throws OptionError, InvariantError, Cancelled.
-CovMesh fit(CovMesh mesh, const PointCloud& cloud, const FitOptions& options = {}, const RunContext& context = {});
+/// A fitted mesh and how it came about.
+struct Fit {
+  CovMesh mesh;
+  int steps = 0;                     ///< taken, over all rounds
+  int refinements = 0;               ///< rounds of refinement that brought points closer
+  std::size_t added_vertices = 0;    ///< by refinement
+  std::size_t restrained_faces = 0;  ///< faces that a step would have turned over; their vertices moved less
+  std::size_t held_out_points = 0;   ///< that only judged; 0 if there were too few points
+  double held_out_before = 0;        ///< median distance of those points from the tangent plane closest to them, before
+  double held_out_after = 0;         ///< the fit and after it, in units of the positions
+};
+
+/// Moves the means of a triangular covariance mesh so that its limit surface S(u) = Σ_i W_i(u) μ_i runs through the
+/// points, and refines it where they show detail: robust least squares of the normal offsets of the points from the
+/// samples of the surface closest to them (Tukey's biweight, scale from the points around each control vertex), linear
+/// in moves of the means along the normals, by conjugate gradients. A mean's own place counts as one point, its
+/// neighbours' moves as four, the less the more significant a move is. No step turns a face over. Steps end when the
+/// points come no closer. A sixteenth of them is held out: a refinement is undone that takes the surface significantly
+/// away from those. Vertices on the rim of an open surface also move outward, to where the points end (if
+/// `mesh.vertices.spacing` is known). New vertices have the Gaussians of a Loop step and a share of the weight of their
+/// edge's ends. Mesh and cloud must be in the same frame. O(n log m) for n points and m samples. Throws OptionError,
+/// InvariantError, Cancelled.
+Fit fit(CovMesh mesh, const PointCloud& cloud, const FitOptions& options = {}, const RunContext& context = {});
 
 }  // namespace gpsrecon

@@ -36,8 +36,8 @@ class DualMap {
 
   const Vec3& mean() const { return mean_; }
   Sym3 covariance() const { return factor_.inverse(); }
-  /// nᵀ Σ n
-  double variance_along(const Vec3& n) const { return factor_.solve_lower(n).squaredNorm(); }
+  /// Σ n
+  Vec3 covariance_times(const Vec3& n) const { return factor_.solve(n); }
   /// The tangent in space that belongs to a tangent q_u in R⁹: μ_u = Σ (q̄_u - [q̂_u] μ) (appendix B).
   Vec3 tangent(const DualPoint& q_u) const { return factor_.solve(linear_part(q_u) - quadratic_part(q_u) * mean_); }
 

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace gpsrecon {
 namespace {
@@ -116,21 +117,24 @@ SurfaceSamples LimitSurface::evaluate(const Mixture& control, bool limit, const 
   const Normalization normal_form = normalization(control);
   const std::vector<DualPoint> dual = refine_dual(control, normal_form, steps_, context);
   const double kernel_variance = control.sigma0 * control.sigma0;
-  const auto sigma = [&](const DualMap& map, const Vec3& n) {
-    return std::sqrt(std::max(0.0, normal_form.scale * map.variance_along(n) - kernel_variance));
+  const auto describe = [&](SurfaceSamples& samples, std::size_t i, const DualMap& map) {
+    const Vec3& n = samples.normals[i];
+    samples.spread[i] = normal_form.scale * map.covariance_times(n);
+    samples.sigma[i] = std::sqrt(std::max(0.0, n.dot(samples.spread[i]) - kernel_variance));
   };
 
   SurfaceSamples samples;
   samples.positions.resize(sample_count());
   samples.normals.resize(sample_count());
   samples.sigma.resize(sample_count());
+  samples.spread.resize(sample_count());
   parallel_for(sample_count(), context, [&](std::size_t i) {
     const LimitPoint q = limit_point(limit_, i, dual);
     const DualMap limit_map(q.position);
     const DualMap map = limit ? limit_map : DualMap(dual[i]);
     samples.positions[i] = map.mean() + normal_form.center;
     samples.normals[i] = unit_normal(limit_map.tangent(q.u), limit_map.tangent(q.v));
-    samples.sigma[i] = sigma(map, samples.normals[i]);
+    describe(samples, i, map);
   });
 
   std::vector<Index> missing;
@@ -141,9 +145,20 @@ SurfaceSamples LimitSurface::evaluate(const Mixture& control, bool limit, const 
   for (const Index i : missing) {
     const DualMap map(limit ? limit_point(limit_, i, dual).position : dual[i]);
     if (samples.normals[i].isZero(0)) samples.normals[i] = eigen_decomposition(map.covariance()).vectors.col(0);
-    samples.sigma[i] = sigma(map, samples.normals[i]);
+    describe(samples, i, map);
   }
   return samples;
+}
+
+std::vector<Index> LimitSurface::control_of_samples() const {
+  std::vector<Index> control(control_count_);
+  std::iota(control.begin(), control.end(), Index{0});
+  for (const StencilTable& step : steps_) {
+    std::vector<Index> refined(step.rows());
+    for (std::size_t r = 0; r < refined.size(); ++r) refined[r] = control[step.row_indices(r).front()];
+    control.swap(refined);
+  }
+  return control;
 }
 
 }  // namespace gpsrecon

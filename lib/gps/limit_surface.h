@@ -10,6 +10,7 @@ struct SurfaceSamples {
   std::vector<Vec3> positions;
   std::vector<Vec3> normals;  ///< unit, on the side from which faces run counter-clockwise
   std::vector<double> sigma;  ///< sqrt(max(0, nᵀΣn - σ0²)), in units of `positions`
+  std::vector<Vec3> spread;  ///< Σn: how the position follows the Gaussians, δ(nᵀμ) = (Σn)ᵀ Σ_i α_i Σ_i⁻¹ δμ_i
 };
 
 /// Everything about a Gaussian-product Loop surface that depends on connectivity alone: the faces of a refinement
@@ -43,7 +44,16 @@ class LimitSurface {
 
   /// The transpose of to_samples: Σ_u α_i(u) values[u] at every control vertex i. The order of summation is fixed.
   template <class T>
-  std::vector<T> to_control(std::span<const T> values) const;
+  std::vector<T> to_control(std::span<const T> values) const {
+    return to_level<T>(values, 0);
+  }
+  /// The same for the vertices of refinement level `level` in place of the control vertices, with the weights they
+  /// would have. Precondition: level <= levels.
+  template <class T>
+  std::vector<T> to_level(std::span<const T> values, std::size_t level) const;
+
+  /// Per sample the control vertex it grew from: itself, or an end of the edge it was put on.
+  std::vector<Index> control_of_samples() const;
 
  private:
   std::size_t control_count_;
@@ -66,12 +76,12 @@ std::vector<T> LimitSurface::to_samples(std::span<const T> values, const RunCont
 }
 
 template <class T>
-std::vector<T> LimitSurface::to_control(std::span<const T> values) const {
+std::vector<T> LimitSurface::to_level(std::span<const T> values, std::size_t level) const {
   std::vector<T> current(limit_.columns);
   apply_transposed<T>(limit_, values, current, &LimitWeight::position);
-  for (auto step = steps_.rbegin(); step != steps_.rend(); ++step) {
-    std::vector<T> coarse(step->columns);
-    apply_transposed<T>(*step, current, coarse);
+  for (std::size_t step = steps_.size(); step-- > level;) {
+    std::vector<T> coarse(steps_[step].columns);
+    apply_transposed<T>(steps_[step], current, coarse);
     current.swap(coarse);
   }
   return current;

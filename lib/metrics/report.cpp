@@ -79,6 +79,8 @@ Json to_object(const CovMeshReport& r, double diagonal) {
   return {{"vertices", r.vertices},
           {"faces", r.faces},
           {"topology", to_object(r.topology)},
+          {"light_components", r.light_components},
+          {"light_weight", r.light_weight},
           {"leftover_components", r.leftover_components},
           {"leftover_weight", r.leftover_weight},
           {"dropped_specks", r.dropped_specks},
@@ -91,8 +93,14 @@ Json to_object(const CovMeshReport& r, double diagonal) {
 
 Json to_object(const FitReport& r, double diagonal) {
   return {{"steps", r.steps},
+          {"refinements", r.refinements},
+          {"added_vertices", r.added_vertices},
+          {"restrained_faces", r.restrained_faces},
           {"mean_shift", length_json(r.mean_shift, diagonal)},
-          {"max_shift", length_json(r.max_shift, diagonal)}};
+          {"max_shift", length_json(r.max_shift, diagonal)},
+          {"held_out_points", r.held_out_points},
+          {"held_out_before", length_json(r.held_out_before, diagonal)},
+          {"held_out_after", length_json(r.held_out_after, diagonal)}};
 }
 
 Json to_object(const MeshReport& r) {
@@ -271,15 +279,16 @@ std::string summary(const ErrorReport& r) {
                         (r.mixture->levels.empty() ? "" : " after " + count_of(r.mixture->levels.size() - 1, "level")));
   if (r.covmesh) {
     const CovMeshReport& c = *r.covmesh;
-    line("covmesh", count_of(c.faces, "face") + " over " + std::to_string(c.vertices) + " vertices, " +
-                        topology_text(c.topology) + "; left out " + std::to_string(c.leftover_components) +
-                        " Gaussians (" + number(c.leftover_weight) + " points) and " +
-                        count_of(c.dropped_specks, "speck"));
+    line("covmesh",
+         count_of(c.faces, "face") + " over " + std::to_string(c.vertices) + " vertices, " + topology_text(c.topology) +
+             "; left out " + std::to_string(c.light_components + c.leftover_components) + " Gaussians (" +
+             number(c.light_weight + c.leftover_weight) + " points) and " + count_of(c.dropped_specks, "speck"));
   }
   if (r.fit)
     line("fit", count_of(static_cast<std::size_t>(r.fit->steps), "step") + ", vertices moved by " +
                     length_text(r.fit->mean_shift, diagonal) + " on average, " +
-                    length_text(r.fit->max_shift, diagonal) + " at most");
+                    length_text(r.fit->max_shift, diagonal) + " at most, " + std::to_string(r.fit->added_vertices) +
+                    " added where there is more detail");
   if (r.mesh)
     line("mesh", count_of(r.mesh->faces, "face") + " over " + std::to_string(r.mesh->vertices) + " vertices, " +
                      topology_text(r.mesh->topology));

@@ -63,6 +63,8 @@ struct BoundaryLoop {
 struct CovMeshReport {
   std::size_t vertices = 0, faces = 0;
   Topology topology;
+  std::size_t light_components = 0;
+  double light_weight = 0;
   std::size_t leftover_components = 0;
   double leftover_weight = 0;
   std::size_t dropped_specks = 0;
@@ -73,10 +75,13 @@ struct CovMeshReport {
   std::vector<BoundaryLoop> boundary_loops;
 };
 
-/// How far the fit to the points moved the control vertices.
+/// What the fit to the points did (fit/fit.h). Lengths in scene units.
 struct FitReport {
-  int steps = 0;
-  double mean_shift = 0, max_shift = 0;
+  int steps = 0, refinements = 0;
+  std::size_t added_vertices = 0, restrained_faces = 0;
+  double mean_shift = 0, max_shift = 0;  ///< of the control vertices there were before
+  std::size_t held_out_points = 0;
+  double held_out_before = 0, held_out_after = 0;  ///< median distance of the held-out points from the surface
 };
 
 /// A polygon mesh as it is, see measure_mesh().

@@ -197,6 +197,8 @@ CovMesh triangulate_stage(const Mixture& mixture, const ReconstructOptions& opti
   Triangulation result = triangulate(mixture, local, context);
   result.mesh.vertices = as_stored(result.mesh.vertices);
   CovMeshReport& described = report.covmesh.emplace();
+  described.light_components = result.light_components;
+  described.light_weight = result.light_weight;
   described.leftover_components = result.leftover_components;
   described.leftover_weight = result.leftover_weight;
   described.dropped_specks = result.dropped_specks;
@@ -216,19 +218,29 @@ CovMesh fit_stage(CovMesh mesh, const PreparedCloud& cloud, const ReconstructOpt
   if (options.fit.steps == 0) return mesh;
   const std::vector<Vec3> before = mesh.vertices.means;
   const bool same_frame = cloud.clean.cloud.frame == mesh.vertices.frame;
-  mesh = same_frame ? fit(std::move(mesh), cloud.clean.cloud, options.fit, context)
-                    : fit(std::move(mesh), in_frame(cloud.clean.cloud, mesh.vertices.frame), options.fit, context);
+  Fit result = same_frame
+                   ? fit(std::move(mesh), cloud.clean.cloud, options.fit, context)
+                   : fit(std::move(mesh), in_frame(cloud.clean.cloud, mesh.vertices.frame), options.fit, context);
+  mesh = std::move(result.mesh);
   mesh.vertices = as_stored(mesh.vertices);
-  FitReport& described = report.fit.emplace();
-  described.steps = options.fit.steps;
   const double unit = mesh.vertices.frame.scale();
+  FitReport& described = report.fit.emplace();
+  described.steps = result.steps;
+  described.refinements = result.refinements;
+  described.added_vertices = result.added_vertices;
+  described.restrained_faces = result.restrained_faces;
+  described.held_out_points = result.held_out_points;
+  described.held_out_before = result.held_out_before * unit;
+  described.held_out_after = result.held_out_after * unit;
   for (std::size_t v = 0; v < before.size(); ++v) {
     const double shift = unit * (mesh.vertices.means[v] - before[v]).norm();
     described.mean_shift += shift / static_cast<double>(before.size());
     described.max_shift = std::max(described.max_shift, shift);
   }
   describe_covmesh(mesh, report);
-  context.log(LogLevel::info, "fit: " + std::to_string(described.steps) + " steps");
+  context.log(LogLevel::info, "fit: " + std::to_string(described.steps) + " steps, " +
+                                  std::to_string(described.added_vertices) + " vertices added in " +
+                                  std::to_string(described.refinements) + " refinements");
   return mesh;
 }
 

@@ -1,8 +1,10 @@
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/triangulate/front.h>
+#include <gpsrecon/triangulate/light_components.h>
 #include <gpsrecon/triangulate/overlap_graph.h>
 #include <gpsrecon/triangulate/repair.h>
 #include <gpsrecon/triangulate/triangulate.h>
+#include <algorithm>
 #include <numbers>
 #include <string>
 
@@ -35,19 +37,24 @@ void TriangulateOptions::check() const {
   if (!(min_dihedral >= 0 && min_dihedral < std::numbers::pi)) fail("min_dihedral", "in [0, pi)", min_dihedral);
   if (!(min_component_share >= 0 && min_component_share < 1))
     fail("min_component_share", "in [0, 1)", min_component_share);
+  if (!(min_weight_share >= 0 && min_weight_share < 1)) fail("min_weight_share", "in [0, 1)", min_weight_share);
   if (max_pinhole_edges < 0) fail("max_pinhole_edges", "at least 0", max_pinhole_edges);
   if (sensor && !sensor->allFinite()) throw OptionError("sensor must be finite");
 }
 
 Triangulation triangulate(const Mixture& mixture, const TriangulateOptions& options, const RunContext& context) {
   options.check();
-  const OverlapGraph graph = overlap_graph(mixture, options.min_overlap, context);
+  OverlapGraph graph = overlap_graph(mixture, options.min_overlap, context);
+  const std::vector<Index> light = light_components(mixture, graph, options.min_weight_share);
+  if (!light.empty()) graph = without(graph, light);
   context.progress("triangulate", 0.1);
   const std::vector<Vec3> sheets = sheet_normals(mixture, context);
   GrowingSurface surface(mixture.means);
   grow_front(surface, graph, sheets, options, context);
 
   Triangulation result;
+  result.light_components = light.size();
+  for (const Index i : light) result.light_weight += mixture.weights[i];
   result.closed_pinholes = close_pinholes(surface, mixture, graph, sheets, options);
   CovMesh& mesh = result.mesh;
   mesh.faces = surface.faces();
@@ -55,13 +62,11 @@ Triangulation triangulate(const Mixture& mixture, const TriangulateOptions& opti
     throw NoSurfaceError("no three of the " + std::to_string(mixture.size()) +
                          " Gaussians overlap enough for a triangle");
 
-  double leftover = 0;
   for (Index v = 0; v < mixture.size(); ++v)
-    if (!surface.used(v)) {
+    if (!surface.used(v) && !std::binary_search(light.begin(), light.end(), v)) {
       ++result.leftover_components;
-      leftover += mixture.weights[v];
+      result.leftover_weight += mixture.weights[v];
     }
-  result.leftover_weight = leftover;
   const Specks specks = drop_specks(mixture, mesh.faces, options.min_component_share);
   result.dropped_specks = specks.count;
   result.dropped_speck_weight = specks.weight;

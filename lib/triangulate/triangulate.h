@@ -14,6 +14,9 @@ struct TriangulateOptions {
   double min_dihedral = 0.5235987755982988;  // π/6
   /// Connected components with less than this share of the total weight are dropped. Range: [0, 1).
   double min_component_share = 0.001;
+  /// Gaussians with less than this share of the median weight of those that overlap them are left out: outliers and
+  /// spikes, which bend the surface where a triangle reaches for them. Range: [0, 1).
+  double min_weight_share = 0.1;
   /// Boundary loops of at most this many edges that the mixture itself bridges are closed. Range: >= 0; 0 = none.
   int max_pinhole_edges = 24;
   /// Where the sensor stood, in the units of the means: open components are turned towards it.
@@ -29,7 +32,9 @@ struct TriangulateOptions {
 struct Triangulation {
   CovMesh mesh;
   std::vector<Index> component_of_vertex;  ///< per mesh vertex: the component of the input mixture it came from
-  std::size_t leftover_components = 0;     ///< Gaussians that no face uses
+  std::size_t light_components = 0;        ///< Gaussians below min_weight_share
+  double light_weight = 0;                 ///< their weight, in points
+  std::size_t leftover_components = 0;     ///< other Gaussians that no face uses
   double leftover_weight = 0;              ///< their weight, in points
   std::size_t dropped_specks = 0;          ///< connected components below min_component_share
   double dropped_speck_weight = 0;         ///< their weight, in points

@@ -1,0 +1,173 @@
+#include <gpsrecon/core/parallel.h>
+#include <gpsrecon/fit/refine.h>
+#include <gpsrecon/gps/dual.h>
+#include <gpsrecon/gps/loop.h>
+#include <array>
+#include <numeric>
+
+namespace gpsrecon {
+namespace {
+
+using Topo = TriangleConnectivity;
+
+/// Fewer points around an edge do not settle whether it is to be split.
+constexpr double min_points = 4;
+/// How far above its bound the squared sum of weighted residuals must be. The bound itself takes every weight for the
+/// largest, a half, and so is about five times what pure noise gives: few edges in a hundred pass by chance.
+constexpr double evidence = 1.2;
+constexpr double largest_weight = 0.5;
+
+/// Marks the longest edge of every triangle with a marked one, until nothing changes.
+void mark_longest_edges(const Topo& topology, const std::vector<Index>& longest, std::vector<char>& marked) {
+  std::vector<Index> open(longest.size());
+  for (Index f = 0; f < open.size(); ++f) open[f] = f;
+  while (!open.empty()) {
+    const Index f = open.back();
+    open.pop_back();
+    if (marked[longest[f]]) continue;
+    if (!marked[topology.edge[3 * f]] && !marked[topology.edge[3 * f + 1]] && !marked[topology.edge[3 * f + 2]])
+      continue;
+    marked[longest[f]] = 1;
+    const Index h = topology.edge_start[longest[f]], other = topology.opposite[h];
+    for (const Index side : {h, other})
+      if (side != no_index && side / 3 != f) open.push_back(side / 3);
+  }
+}
+
+/// The part of the edges at an interior vertex that is marked; 0 on the boundary.
+double marked_share(const Topo& topology, Index v, const std::vector<char>& marked) {
+  if (topology.unused(v) || topology.on_boundary(v)) return 0;
+  double share = 0;
+  Index h = topology.vertex_start[v];
+  do {
+    share += marked[topology.edge[h]] ? 1.0 / topology.face_count[v] : 0;
+    h = topology.opposite[Topo::previous(h)];
+  } while (h != topology.vertex_start[v]);
+  return share;
+}
+
+/// Every vertex keeps one part of its weight and gives half as much to each new vertex on its edges.
+void share_weights(const std::vector<double>& weights, const Topo& topology, const std::vector<Index>& middle,
+                   std::vector<double>& shared) {
+  std::vector<double> part(weights.size(), 1);
+  const auto ends = [&](Index e) {
+    const Index h = topology.edge_start[e];
+    return std::array{topology.source(h), topology.target(h)};
+  };
+  for (Index e = 0; e < middle.size(); ++e)
+    if (middle[e] != no_index)
+      for (const Index v : ends(e)) part[v] += 0.5;
+  for (std::size_t v = 0; v < part.size(); ++v) shared[v] = part[v] = weights[v] / part[v];
+  for (Index e = 0; e < middle.size(); ++e) {
+    if (middle[e] == no_index) continue;
+    const auto [a, b] = ends(e);
+    shared[middle[e]] = 0.5 * (part[a] + part[b]);
+  }
+}
+
+/// The triangles of one face, given by its corners and the vertices on its edges (no_index: not split), starting with
+/// the longest edge; that one is split if any is.
+void add_pieces(const std::array<Index, 3>& corner, const std::array<Index, 3>& middle, FaceList& faces) {
+  const auto add = [&](Index a, Index b, Index c) { faces.add(std::array<Index, 3>{a, b, c}); };
+  const auto [a, b, c] = corner;
+  const auto [ab, bc, ca] = middle;
+  if (ab == no_index) {
+    add(a, b, c);
+  } else if (bc != no_index && ca != no_index) {
+    add(a, ab, ca);
+    add(b, bc, ab);
+    add(c, ca, bc);
+    add(ab, bc, ca);
+  } else {
+    if (ca != no_index) {
+      add(a, ab, ca);
+      add(ab, c, ca);
+    } else {
+      add(a, ab, c);
+    }
+    if (bc != no_index) {
+      add(ab, b, bc);
+      add(ab, bc, c);
+    } else {
+      add(ab, b, c);
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<char> edges_with_detail(const LimitSurface& surface, const TriangleConnectivity& topology,
+                                    const Residuals& residuals) {
+  // The vertices of the first refinement are the control vertices and one per edge: its basis function is the test.
+  const std::vector<double> points = surface.to_level<double>(residuals.weight, 1);
+  const std::vector<double> moment = surface.to_level<double>(residuals.moment, 1);
+  const std::vector<double> square = surface.to_level<double>(residuals.square, 1);
+  std::vector<char> marked(topology.edge_count(), 0);
+  for (std::size_t e = 0; e < marked.size(); ++e) {
+    const std::size_t v = topology.vertex_count + e;
+    if (points[v] < min_points || topology.opposite[topology.edge_start[e]] == no_index) continue;
+    marked[e] = moment[v] * moment[v] > evidence * largest_weight * square[v] ? 1 : 0;
+  }
+  return marked;
+}
+
+CovMesh split_edges(const CovMesh& mesh, const TriangleConnectivity& topology, std::vector<char> marked,
+                    const RunContext& context) {
+  const std::size_t n = mesh.vertices.size(), face_count = mesh.faces.size();
+  const auto squared_length = [&](Index e) {
+    const Index h = topology.edge_start[e];
+    return (mesh.vertices.means[topology.source(h)] - mesh.vertices.means[topology.target(h)]).squaredNorm();
+  };
+  std::vector<Index> longest(face_count), longest_corner(face_count);
+  for (Index f = 0; f < face_count; ++f) {
+    Index best = 3 * f;
+    for (Index h = 3 * f + 1; h < 3 * f + 3; ++h)
+      if (squared_length(topology.edge[h]) > squared_length(topology.edge[best])) best = h;
+    longest[f] = topology.edge[best];
+    longest_corner[f] = best - 3 * f;
+  }
+  mark_longest_edges(topology, longest, marked);
+
+  const StencilTable step = loop_stencils(topology, LoopWeights::loop, CornerRule::smooth, context);
+  std::vector<DualPoint> dual(n);
+  parallel_for(n, context, [&](std::size_t i) { dual[i] = to_dual(mesh.vertices.component(i)); });
+  const auto refined = [&](std::size_t row) { return from_dual(apply_row<DualPoint>(step, row, dual)); };
+
+  // New vertices start as copies of an end of their edge, with all that vertices carry.
+  std::vector<Index> origin(n), middle(marked.size(), no_index);
+  std::iota(origin.begin(), origin.end(), Index{0});
+  for (Index e = 0; e < marked.size(); ++e) {
+    if (!marked[e]) continue;
+    middle[e] = static_cast<Index>(origin.size());
+    origin.push_back(topology.source(topology.edge_start[e]));
+  }
+  CovMesh fine;
+  fine.vertices = select(mesh.vertices, origin);
+  parallel_for(n, context, [&](std::size_t v) {
+    const double share = marked_share(topology, static_cast<Index>(v), marked);
+    if (share == 0) return;
+    const Gaussian target = refined(v);
+    fine.vertices.means[v] += share * (target.mean - fine.vertices.means[v]);
+    fine.vertices.covariances[v] = (1 - share) * fine.vertices.covariances[v] + share * target.covariance;
+  });
+  parallel_for(marked.size(), context, [&](std::size_t e) {
+    if (!marked[e]) return;
+    const Gaussian target = refined(n + e);
+    fine.vertices.means[middle[e]] = target.mean;
+    fine.vertices.covariances[middle[e]] = target.covariance;
+  });
+  share_weights(mesh.vertices.weights, topology, middle, fine.vertices.weights);
+  fine.faces.reserve(4 * face_count, 12 * face_count);
+  for (Index f = 0; f < face_count; ++f) {
+    std::array<Index, 3> corner, on_edge;
+    for (Index k = 0; k < 3; ++k) {
+      const Index h = 3 * f + (longest_corner[f] + k) % 3;
+      corner[k] = topology.corners[h];
+      on_edge[k] = middle[topology.edge[h]];
+    }
+    add_pieces(corner, on_edge, fine.faces);
+  }
+  return fine;
+}
+
+}  // namespace gpsrecon
