@@ -56,7 +56,8 @@ struct BoundaryLoop {
   std::size_t edges = 0;
   double length = 0;
   Vec3 center = Vec3::Zero();  ///< mean of its edges' middles by length
-  std::string reason;          ///< why it is open: "boundary", "gap", ...; empty if not known
+  std::string reason = "unknown";  ///< why it is open, the name of a LoopReason (triangulate/triangulate.h)
+  Index vertex = no_index;         ///< the first of its vertices: tells which loop it is; not written
 };
 
 /// The covariance mesh and what was left out of it.
@@ -69,7 +70,9 @@ struct CovMeshReport {
   double dropped_speck_weight = 0;
   std::size_t split_vertices = 0;
   std::size_t closed_pinholes = 0;
+  std::size_t filled_holes = 0, filled_rims = 0, filled_vertices = 0;
   std::size_t flipped_components = 0;
+  std::optional<std::size_t> self_intersecting_faces;  ///< if they were counted
   std::vector<BoundaryLoop> boundary_loops;
 };
 
@@ -87,6 +90,7 @@ struct MeshReport {
   Topology topology;
   double area = 0;
   std::optional<double> volume;  ///< enclosed, positive if faces point outward; only if closed
+  std::optional<std::size_t> self_intersecting_faces;  ///< if they were counted
 };
 
 /// Distances from points to a surface.

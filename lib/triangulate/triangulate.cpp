@@ -1,8 +1,14 @@
 #include <gpsrecon/core/error.h>
+#include <gpsrecon/core/mesh_topology.h>
+#include <gpsrecon/triangulate/flips.h>
 #include <gpsrecon/triangulate/front.h>
+#include <gpsrecon/triangulate/holes.h>
+#include <gpsrecon/triangulate/orient.h>
 #include <gpsrecon/triangulate/overlap_graph.h>
-#include <gpsrecon/triangulate/repair.h>
+#include <gpsrecon/triangulate/pieces.h>
+#include <gpsrecon/triangulate/pinholes.h>
 #include <gpsrecon/triangulate/triangulate.h>
+#include <cmath>
 #include <numbers>
 #include <string>
 
@@ -27,6 +33,24 @@ void compact(Mixture& vertices, std::vector<Index>& component_of_vertex, FaceLis
 
 }  // namespace
 
+std::string_view name_of(LoopReason reason) {
+  switch (reason) {
+    case LoopReason::rim:
+      return "rim";
+    case LoopReason::no_points:
+      return "no_points";
+    case LoopReason::too_long:
+      return "too_long";
+    case LoopReason::kept:
+      return "kept";
+    case LoopReason::no_patch:
+      return "no_patch";
+    case LoopReason::would_intersect:
+      return "would_intersect";
+  }
+  return "";
+}
+
 void TriangulateOptions::check() const {
   const auto fail = [](const char* field, const char* range, double value) {
     throw OptionError(std::string(field) + " must be " + range + ", not " + std::to_string(value));
@@ -36,6 +60,8 @@ void TriangulateOptions::check() const {
   if (!(min_component_share >= 0 && min_component_share < 1))
     fail("min_component_share", "in [0, 1)", min_component_share);
   if (max_pinhole_edges < 0) fail("max_pinhole_edges", "at least 0", max_pinhole_edges);
+  if (!(fill_length_rel >= 0 && std::isfinite(fill_length_rel)))
+    fail("fill_length_rel", "at least 0 and finite", fill_length_rel);
   if (sensor && !sensor->allFinite()) throw OptionError("sensor must be finite");
 }
 
@@ -49,6 +75,7 @@ Triangulation triangulate(const Mixture& mixture, const TriangulateOptions& opti
 
   Triangulation result;
   result.closed_pinholes = close_pinholes(surface, mixture, graph, sheets, options);
+  if (options.flips) context.log(LogLevel::info, "flips: " + std::to_string(flip_edges(surface, graph, options)));
   CovMesh& mesh = result.mesh;
   mesh.faces = surface.faces();
   if (mesh.faces.empty())
@@ -71,7 +98,15 @@ Triangulation triangulate(const Mixture& mixture, const TriangulateOptions& opti
   for (Index v = 0; v < mixture.size(); ++v) result.component_of_vertex[v] = v;
   result.split_vertices = split_vertices(mesh.vertices, result.component_of_vertex, mesh.faces);
   compact(mesh.vertices, result.component_of_vertex, mesh.faces);
+  const HoleFilling filling = fill_holes(mesh, result.component_of_vertex, mixture, options);
+  result.filled_holes = filling.filled;
+  result.filled_rims = filling.rims;
+  result.filled_vertices = filling.new_vertices;
+  if (filling.rims > 0)
+    context.warn(std::to_string(filling.rims) + " outer rims of open sheets were capped: there are no points there");
   result.flipped_components = orient(mesh.vertices, mesh.faces, options.sensor);
+  for (const std::vector<Index>& loop : boundary_loops(mesh.faces, half_edges(mesh.faces, mesh.vertices.size())))
+    result.loop_reasons.push_back(filling.reason[loop.front()]);
   context.progress("triangulate", 1);
   return result;
 }

@@ -1,7 +1,9 @@
 #include <gtest/gtest.h>
 
 #include <gpsrecon/triangulate/front.h>
-#include <gpsrecon/triangulate/repair.h>
+#include <gpsrecon/triangulate/orient.h>
+#include <gpsrecon/triangulate/pieces.h>
+#include <gpsrecon/triangulate/pinholes.h>
 #include <gpsrecon/triangulate/triangulate.h>
 #include <support/shapes.h>
 #include <triangulate/mesh_checks.h>
