@@ -76,7 +76,6 @@ void bind_triangulate(Arguments& arguments, ReconstructOptions& options) {
       "boundary loops to fill: those that Gaussians reach across, none, also those up to X times the diagonal, or all",
       "X >= 0", "auto", [&options](const std::string& text) { parse_holes(text, options.triangulate); });
   bind_sensor(arguments, options);
-  arguments.flag("--no-flips", "no flips", [&options] { options.triangulate.flips = false; });
 }
 
 void bind_sensor(Arguments& arguments, ReconstructOptions& options) {

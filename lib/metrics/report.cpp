@@ -84,7 +84,9 @@ Json to_object(const CovMeshReport& r, double diagonal) {
           {"dropped_specks", r.dropped_specks},
           {"dropped_speck_weight", r.dropped_speck_weight},
           {"split_vertices", r.split_vertices},
+          {"flipped_edges", r.flipped_edges},
           {"closed_pinholes", r.closed_pinholes},
+          {"untangled", r.untangled},
           {"filled_holes", r.filled_holes},
           {"filled_rims", r.filled_rims},
           {"filled_vertices", r.filled_vertices},
@@ -238,8 +240,7 @@ std::string loops_text(const std::vector<BoundaryLoop>& loops, double diagonal) 
   std::map<std::string, std::size_t> reasons;
   for (const BoundaryLoop& loop : loops) ++reasons[loop.reason];
   std::string text;
-  for (const auto& [reason, count] : reasons)
-    text += (text.empty() ? "" : ", ") + std::to_string(count) + " " + reason;
+  for (const auto& [reason, count] : reasons) text += (text.empty() ? "" : ", ") + std::to_string(count) + " " + reason;
   const BoundaryLoop& longest = loops.front();
   return text + "; the longest " + length_text(longest.length, diagonal) + " (" + longest.reason + ") around (" +
          number(longest.center.x(), 6) + ", " + number(longest.center.y(), 6) + ", " + number(longest.center.z(), 6) +

@@ -121,8 +121,8 @@ void close_books(Reconstruction& result, const RunContext& context, StageTimer& 
   report.run.peak_memory_bytes = peak_memory_bytes();
 }
 
-/// Per point a vector to the outer side: the way to the sensor that was given, else to the point's own, else its normal.
-/// Empty if nothing tells.
+/// Per point a vector to the outer side: the way to the sensor that was given, else to the point's own, else its
+/// normal. Empty if nothing tells.
 std::vector<Vec3> outward_directions(const PointCloud& cloud, const std::optional<Vec3>& sensor) {
   if (!sensor && cloud.sensors.empty()) return cloud.normals;
   const Vec3 at = sensor ? cloud.frame.to_local(*sensor) : Vec3::Zero();
@@ -221,7 +221,9 @@ CovMesh triangulate_stage(const Mixture& mixture, const ReconstructOptions& opti
   described.dropped_specks = result.dropped_specks;
   described.dropped_speck_weight = result.dropped_speck_weight;
   described.split_vertices = result.split_vertices;
+  described.flipped_edges = result.flipped_edges;
   described.closed_pinholes = result.closed_pinholes;
+  described.untangled = result.untangled;
   described.filled_holes = result.filled_holes;
   described.filled_rims = result.filled_rims;
   described.filled_vertices = result.filled_vertices;

@@ -15,8 +15,9 @@ struct HolePatch {
   Index first_new = 0;
 };
 
-/// Closes boundary loops of a surface one by one: triangulated with the least area among those that do not fold, refined
-/// to the edge lengths around, and faired to run on smoothly (Liepa 2003; CGAL's Polygon_mesh_processing).
+/// Closes boundary loops of a surface one by one: triangulated with the least area among those that do not fold,
+/// refined to the edge lengths around, and faired to run on smoothly (Liepa 2003; CGAL's Polygon_mesh_processing). New
+/// vertices are numbered from the number of vertices on.
 class HolePatcher {
  public:
   /// Copies the surface. Preconditions: triangles, manifold, consistently oriented.
@@ -32,9 +33,16 @@ class HolePatcher {
     refused,       ///< by `wanted`
   };
   /// Patches the loop, a boundary as boundary_loops() gives it. `wanted` sees the patch before it is final. The surface
-  /// only changes if the outcome is `closed`; new vertices are numbered from its number of vertices on. O(m² log m + n)
-  /// for m edges, typically, O(m³) at worst.
+  /// only changes if the outcome is `closed`. O(m² log m + n) for m edges, typically, O(m³) at worst.
   Outcome close(const std::vector<Index>& loop, const std::function<bool(const HolePatch&)>& wanted, HolePatch& patch);
+
+  /// Cuts out the places where the surface intersects itself, each with a few rings of faces around, and patches them,
+  /// where that helps. A place at a boundary, or whose surroundings are no disc, stays as it is. Calls `replaced` with
+  /// the rim of every place and its patch. O(n log² n), and O(n) for each place.
+  void untangle(const std::function<void(const std::vector<Index>& rim, const HolePatch&)>& replaced);
+
+  /// The surface as it is now.
+  FaceList faces() const;
 
  private:
   struct Impl;

@@ -20,8 +20,8 @@ struct Loop {
   bool rim = false;
 };
 
-/// The loops of a mesh, shortest first. A loop has the surface on its left, so seen from the side of the normals it runs
-/// clockwise around a gap and counter-clockwise around a sheet.
+/// The loops of a mesh, shortest first. A loop has the surface on its left, so seen from the side of the normals it
+/// runs clockwise around a gap and counter-clockwise around a sheet.
 std::vector<Loop> find_loops(const CovMesh& mesh) {
   const std::vector<Vec3>& at = mesh.vertices.means;
   const HalfEdges he = half_edges(mesh.faces, at.size());
@@ -64,9 +64,8 @@ class Support {
       return v < patch.first_new ? positions[v] : patch.positions[v - patch.first_new];
     };
     return std::all_of(patch.positions.begin(), patch.positions.end(), [&](const Vec3& p) { return reaches(p); }) &&
-           std::all_of(patch.faces.begin(), patch.faces.end(), [&](const auto& t) {
-             return reaches((position(t[0]) + position(t[1]) + position(t[2])) / 3);
-           });
+           std::all_of(patch.faces.begin(), patch.faces.end(),
+                       [&](const auto& t) { return reaches((position(t[0]) + position(t[1]) + position(t[2])) / 3); });
   }
 
  private:
@@ -91,12 +90,15 @@ class Support {
 /// Mean length of the edges at each vertex (edges between two faces count twice).
 class EdgeLengths {
  public:
-  explicit EdgeLengths(std::size_t vertices) : sum_(vertices, 0.0), count_(vertices, 0) {}
-  void add(std::span<const Index> face, const std::vector<Vec3>& positions) {
+  /// Of a face whose corners from `first` on count.
+  void add(std::span<const Index> face, const std::vector<Vec3>& positions, Index first = 0) {
+    sum_.resize(positions.size(), 0.0);
+    count_.resize(positions.size(), 0);
     for (std::size_t k = 0; k < 3; ++k) {
       const Index a = face[k], b = face[(k + 1) % 3];
       const double length = (positions[a] - positions[b]).norm();
-      for (const Index v : {a, b}) sum_[v] += length, ++count_[v];
+      for (const Index v : {a, b})
+        if (v >= first) sum_[v] += length, ++count_[v];
     }
   }
   double operator[](Index v) const { return sum_[v] / static_cast<double>(count_[v]); }
@@ -112,15 +114,14 @@ struct RimShape {
   double thickness;
 };
 
-void append_patch(CovMesh& mesh, std::vector<Index>& component_of_vertex, const HolePatch& patch,
-                  const std::vector<Index>& rim, const EdgeLengths& rim_edges) {
-  Mixture& vertices = mesh.vertices;
+/// Gives the new vertices of a patch their Gaussians.
+void append_vertices(Mixture& vertices, std::vector<Index>& component_of_vertex, const HolePatch& patch,
+                     const std::vector<Index>& rim, EdgeLengths& edges) {
   std::vector<RimShape> shapes;
   shapes.reserve(rim.size());
   for (const Index v : rim) {
     const Vec3 variance = eigen_decomposition(vertices.covariances[v]).values;
-    shapes.push_back(
-        {0.25 * std::log(variance[1] * variance[2]) - std::log(rim_edges[v]), 0.5 * std::log(variance[0])});
+    shapes.push_back({0.25 * std::log(variance[1] * variance[2]) - std::log(edges[v]), 0.5 * std::log(variance[0])});
   }
   // Averages over the rim by inverse squared distance; what else a vertex has it takes from the nearest of the rim.
   std::vector<Index> source(vertices.size());
@@ -146,11 +147,9 @@ void append_patch(CovMesh& mesh, std::vector<Index>& component_of_vertex, const 
   std::copy(patch.positions.begin(), patch.positions.end(), vertices.means.begin() + patch.first_new);
   component_of_vertex.resize(vertices.size(), no_index);
 
-  EdgeLengths edges(vertices.size());
   std::vector<Vec3> normals(patch.positions.size(), Vec3::Zero());
   for (const auto& t : patch.faces) {
-    mesh.faces.add(t[0], t[1], t[2]);
-    edges.add(t, vertices.means);
+    edges.add(t, vertices.means, patch.first_new);
     const Vec3 normal =
         (vertices.means[t[1]] - vertices.means[t[0]]).cross(vertices.means[t[2]] - vertices.means[t[0]]);
     for (const Index v : t)
@@ -170,26 +169,30 @@ void append_patch(CovMesh& mesh, std::vector<Index>& component_of_vertex, const 
 
 }  // namespace
 
-HoleFilling fill_holes(CovMesh& mesh, std::vector<Index>& component_of_vertex, const Mixture& mixture,
-                       const TriangulateOptions& options) {
-  HoleFilling result;
+Mending mend(CovMesh& mesh, std::vector<Index>& component_of_vertex, const Mixture& mixture,
+             const TriangulateOptions& options) {
+  Mending result;
   result.reason.assign(mesh.vertices.size(), LoopReason::kept);
   const std::vector<Loop> loops = find_loops(mesh);
   const double longest = options.fill_length_rel * bounding_box_diagonal(mesh.vertices.means);
-  std::optional<HolePatcher> patcher;  // made for the first loop that needs them
-  std::optional<Support> support;
-  EdgeLengths edges(mesh.vertices.size());
+  EdgeLengths edges;
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) edges.add(mesh.faces[f], mesh.vertices.means);
+  HolePatcher patcher(mesh.vertices.means, mesh.faces);
+  patcher.untangle([&](const std::vector<Index>& rim, const HolePatch& patch) {
+    append_vertices(mesh.vertices, component_of_vertex, patch, rim, edges);
+    ++result.untangled;
+  });
+  std::optional<Support> support;  // made for the first loop that needs it
 
   const auto fill = [&](const Loop& loop) {
-    const bool asked = options.holes == HolePolicy::all || (options.holes == HolePolicy::fill && loop.length <= longest);
+    const bool asked =
+        options.holes == HolePolicy::all || (options.holes == HolePolicy::fill && loop.length <= longest);
     if (loop.rim && !asked) return std::optional(LoopReason::rim);
     if (options.holes == HolePolicy::keep) return std::optional(LoopReason::kept);
-    if (!patcher) patcher.emplace(mesh.vertices.means, mesh.faces);
     if (!asked && !support) support.emplace(mixture, options.min_overlap);
     HolePatch patch;
     const auto wanted = [&](const HolePatch& p) { return asked || support->covers(p, mesh.vertices.means); };
-    switch (patcher->close(loop.vertices, wanted, patch)) {
+    switch (patcher.close(loop.vertices, wanted, patch)) {
       case HolePatcher::Outcome::closed:
         break;
       case HolePatcher::Outcome::no_patch:
@@ -199,7 +202,7 @@ HoleFilling fill_holes(CovMesh& mesh, std::vector<Index>& component_of_vertex, c
       case HolePatcher::Outcome::refused:
         return std::optional(options.holes == HolePolicy::fill ? LoopReason::too_long : LoopReason::no_points);
     }
-    append_patch(mesh, component_of_vertex, patch, loop.vertices, edges);
+    append_vertices(mesh.vertices, component_of_vertex, patch, loop.vertices, edges);
     ++result.filled;
     result.rims += loop.rim ? 1 : 0;
     result.new_vertices += patch.positions.size();
@@ -208,6 +211,8 @@ HoleFilling fill_holes(CovMesh& mesh, std::vector<Index>& component_of_vertex, c
   for (const Loop& loop : loops)
     if (const auto reason = fill(loop))
       for (const Index v : loop.vertices) result.reason[v] = *reason;
+  mesh.faces = patcher.faces();
+  result.reason.resize(mesh.vertices.size(), LoopReason::kept);
   return result;
 }
 

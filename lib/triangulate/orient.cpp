@@ -44,8 +44,8 @@ double solid_angle(const Vec3& from, Vec3 a, Vec3 b, Vec3 c) {
   return 2 * std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
 }
 
-/// Per component, whether it is a closed one that lies inside an odd number of other closed ones. A single vertex tells,
-/// by its winding numbers, which are ±1 inside and 0 outside: pieces of one surface do not cross each other.
+/// Per component, whether it is a closed one that lies inside an odd number of other closed ones. A single vertex
+/// tells, by its winding numbers, which are ±1 inside and 0 outside: pieces of one surface do not cross each other.
 std::vector<char> lies_inside(const Mixture& vertices, const FaceList& faces, const Pieces& pieces) {
   const std::size_t count = pieces.components.count;
   std::vector<char> inside(count, 0);

@@ -15,8 +15,8 @@
 namespace gpsrecon {
 namespace {
 
-/// Keeps the vertices that faces use, in order, and renumbers the corners.
-void compact(Mixture& vertices, std::vector<Index>& component_of_vertex, FaceList& faces) {
+/// Keeps the vertices that faces use, in order, and renumbers the corners. Returns the old numbers of those kept.
+std::vector<Index> compact(Mixture& vertices, std::vector<Index>& component_of_vertex, FaceList& faces) {
   std::vector<Index> number(vertices.size(), no_index);
   std::vector<Index> kept;
   for (const Index v : faces.corners) number[v] = 0;
@@ -27,8 +27,11 @@ void compact(Mixture& vertices, std::vector<Index>& component_of_vertex, FaceLis
     }
   for (Index& v : faces.corners) v = number[v];
   vertices = select(vertices, kept);
-  for (Index& v : kept) v = component_of_vertex[v];
-  component_of_vertex = std::move(kept);
+  std::vector<Index> component;
+  component.reserve(kept.size());
+  for (const Index v : kept) component.push_back(component_of_vertex[v]);
+  component_of_vertex = std::move(component);
+  return kept;
 }
 
 }  // namespace
@@ -75,7 +78,7 @@ Triangulation triangulate(const Mixture& mixture, const TriangulateOptions& opti
 
   Triangulation result;
   result.closed_pinholes = close_pinholes(surface, mixture, graph, sheets, options);
-  if (options.flips) context.log(LogLevel::info, "flips: " + std::to_string(flip_edges(surface, graph, options)));
+  result.flipped_edges = flip_edges(surface, graph, options);
   CovMesh& mesh = result.mesh;
   mesh.faces = surface.faces();
   if (mesh.faces.empty())
@@ -98,15 +101,25 @@ Triangulation triangulate(const Mixture& mixture, const TriangulateOptions& opti
   for (Index v = 0; v < mixture.size(); ++v) result.component_of_vertex[v] = v;
   result.split_vertices = split_vertices(mesh.vertices, result.component_of_vertex, mesh.faces);
   compact(mesh.vertices, result.component_of_vertex, mesh.faces);
-  const HoleFilling filling = fill_holes(mesh, result.component_of_vertex, mixture, options);
-  result.filled_holes = filling.filled;
-  result.filled_rims = filling.rims;
-  result.filled_vertices = filling.new_vertices;
-  if (filling.rims > 0)
-    context.warn(std::to_string(filling.rims) + " outer rims of open sheets were capped: there are no points there");
+  const Mending mending = mend(mesh, result.component_of_vertex, mixture, options);
+  result.untangled = mending.untangled;
+  result.filled_holes = mending.filled;
+  result.filled_rims = mending.rims;
+  result.filled_vertices = mending.new_vertices;
+  if (mending.rims > 0)
+    context.warn(std::to_string(mending.rims) + " outer rims of open sheets were capped: there are no points there");
+  // Gaussians of places that were replaced are left over, too.
+  std::vector<char> used(mesh.vertices.size(), 0);
+  for (const Index v : mesh.faces.corners) used[v] = 1;
+  for (Index v = 0; v < mesh.vertices.size(); ++v)
+    if (!used[v] && result.component_of_vertex[v] != no_index) {
+      ++result.leftover_components;
+      result.leftover_weight += mesh.vertices.weights[v];
+    }
+  const std::vector<Index> kept = compact(mesh.vertices, result.component_of_vertex, mesh.faces);
   result.flipped_components = orient(mesh.vertices, mesh.faces, options.sensor);
   for (const std::vector<Index>& loop : boundary_loops(mesh.faces, half_edges(mesh.faces, mesh.vertices.size())))
-    result.loop_reasons.push_back(filling.reason[loop.front()]);
+    result.loop_reasons.push_back(mending.reason[kept[loop.front()]]);
   context.progress("triangulate", 1);
   return result;
 }

@@ -42,7 +42,6 @@ struct TriangulateOptions {
   /// With HolePolicy::fill the length of the longest loop that is filled in any case, as a share of the diagonal of the
   /// box around the vertices. Range: >= 0, finite.
   double fill_length_rel = 0;
-  bool flips = true;
   /// Where the sensor stood, in the units of the means: open components are turned towards it.
   std::optional<Vec3> sensor = std::nullopt;
   /// Called from time to time with the faces so far (indices into the input mixture). May be empty.
@@ -62,7 +61,9 @@ struct Triangulation {
   std::size_t dropped_specks = 0;          ///< connected components below min_component_share
   double dropped_speck_weight = 0;         ///< their weight, in points
   std::size_t split_vertices = 0;          ///< copies made to part fans that touch in a vertex
+  std::size_t flipped_edges = 0;           ///< interior edges flipped for a better grade
   std::size_t closed_pinholes = 0;         ///< boundary loops closed because the mixture bridges them
+  std::size_t untangled = 0;               ///< places where the surface intersected itself that were replaced
   std::size_t filled_holes = 0;            ///< boundary loops closed as `holes` asks
   std::size_t filled_rims = 0;             ///< of these, outer rims of open sheets
   std::size_t filled_vertices = 0;         ///< vertices made for that
@@ -72,8 +73,8 @@ struct Triangulation {
 
 /// Connects the components of a mixture to a manifold, oriented triangle mesh: a greedy front over the graph of pairs
 /// with sufficient Bhattacharyya overlap, graded by overlap and flatness (Preiner et al. 2019, section 6.2, Eq. 18-22).
-/// Closed components face outward, those inside an odd number of others inward. O(n k log n) for n components of k overlapping neighbours.
-/// Throws OptionError, NoSurfaceError if no triangle can be made, Cancelled.
+/// Closed components face outward, those inside an odd number of others inward. O(n k log n) for n components of k
+/// overlapping neighbours. Throws OptionError, NoSurfaceError if no triangle can be made, Cancelled.
 Triangulation triangulate(const Mixture& mixture, const TriangulateOptions& options = {},
                           const RunContext& context = {});
 
