@@ -175,7 +175,7 @@ constexpr BadLine bad_lines[] = {
     {"in.xyz out.ply --isolation 0.5", "isolation"},
     {"in.xyz out.ply --holes some", "auto, keep, fill:X or all"},
     {"in.xyz out.ply --holes fill", "auto, keep, fill:X or all"},
-    {"in.xyz out.ply --holes fill:", "fill"},
+    {"in.xyz out.ply --holes fill:", "expected a number"},
     {"in.xyz out.ply --holes fill:-0.1", "fill_length_rel"},
     {"in.xyz out.ply --sensor 1,2", "X,Y,Z"},
     {"in.xyz out.ply --sensor 1,2,3,", "X,Y,Z"},

@@ -526,6 +526,7 @@ TEST(Triangulate, OptionsOutOfRangeNameTheField) {
   }
   expect({.min_overlap = 0}, "min_overlap");
   expect({.max_pinhole_edges = -1}, "max_pinhole_edges");
+  expect({.fill_length_rel = -0.1}, "fill_length_rel");
   expect({.sensor = Vec3(0, nan, 0)}, "sensor");
 }
 
