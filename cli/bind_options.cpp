@@ -5,6 +5,25 @@
 #include <numbers>
 
 namespace gpsrecon::cli {
+namespace {
+
+void parse_holes(const std::string& text, TriangulateOptions& options) {
+  const std::string fill = "fill:";
+  if (text == "auto") {
+    options.holes = HolePolicy::automatic;
+  } else if (text == "keep") {
+    options.holes = HolePolicy::keep;
+  } else if (text == "all") {
+    options.holes = HolePolicy::all;
+  } else if (text.starts_with(fill)) {
+    options.holes = HolePolicy::fill;
+    options.fill_length_rel = parse_double(text.substr(fill.size()));
+  } else {
+    throw OptionError("expected auto, keep, fill:X or all, got '" + text + "'");
+  }
+}
+
+}  // namespace
 
 void bind_scale(Arguments& arguments, ScaleOptions& options) {
   arguments.group("Points");
@@ -52,6 +71,14 @@ void bind_triangulate(Arguments& arguments, ReconstructOptions& options) {
                    "drop connected components with less than this share of the total weight", "[0, 1)");
   arguments.option("--max-pinhole", "N", options.triangulate.max_pinhole_edges,
                    "close boundary loops of at most N edges that the mixture itself bridges, 0 = none", ">= 0");
+  arguments.option(
+      "--holes", "auto|keep|fill:X|all",
+      "boundary loops to fill: those that Gaussians reach across, none, also those up to X times the diagonal, or all",
+      "X >= 0", "auto", [&options](const std::string& text) { parse_holes(text, options.triangulate); });
+  bind_sensor(arguments, options);
+}
+
+void bind_sensor(Arguments& arguments, ReconstructOptions& options) {
   arguments.option("--sensor", "X,Y,Z",
                    "where the sensor stood, in the coordinates of the input: open surfaces face it", "", "unknown",
                    [&options](const std::string& text) { options.sensor = parse_point(text); });

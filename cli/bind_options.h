@@ -15,6 +15,8 @@ void bind_scale(Arguments& arguments, ScaleOptions& options);
 /// Kernel width and reduction.
 void bind_hem(Arguments& arguments, ReconstructOptions& options);
 void bind_triangulate(Arguments& arguments, ReconstructOptions& options);
+/// Where the sensor stood, of bind_triangulate() and of the fit.
+void bind_sensor(Arguments& arguments, ReconstructOptions& options);
 void bind_fit(Arguments& arguments, FitOptions& options);
 void bind_subdivide(Arguments& arguments, ReconstructOptions& options);
 

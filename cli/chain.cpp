@@ -100,6 +100,8 @@ ExitCode run_chain(Arguments& arguments) {
   arguments.option("--report", "FILE", files.report, "report (JSON)", "", "OUT's stem + .report.json");
   arguments.flag("--no-covmesh", files.no_covmesh, "write no covariance mesh");
   arguments.flag("--no-report", files.no_report, "write no report");
+  arguments.flag("--self-intersections", options.self_intersections,
+                 "count the faces of covariance mesh and mesh that intersect others");
   arguments.option("--dump", "FOLDER", files.dump,
                    "keep every level of the mixture and snapshots of the triangulation in FOLDER", "", "none");
   bind_encoding(arguments, encoding);

@@ -63,6 +63,7 @@ ExitCode run_compare(Arguments& arguments) {
   arguments.group("Comparison");
   arguments.option("--samples", "N", options.samples, "points drawn on each of two meshes, uniform by area",
                    "[1, 1e9]");
+  arguments.flag("--self-intersections", options.self_intersections, "count the faces of MESH that intersect others");
   arguments.option("--max-error", "X",
                    "exit with code 7 if the largest distance, either way, is above X, in the unit of the coordinates",
                    ">= 0", "no limit", [&max_error](const std::string& text) {

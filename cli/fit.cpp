@@ -16,6 +16,7 @@ ExitCode run_fit(Arguments& arguments) {
   arguments.positional("OUT", out, "covariance mesh (ply; - is standard output)");
   bind_scale(arguments, options.scale);
   bind_fit(arguments, options.fit);
+  bind_sensor(arguments, options);
   bind_encoding(arguments, encoding);
   const GlobalOptions globals = arguments.parse();
   options.check();

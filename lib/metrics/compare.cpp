@@ -163,7 +163,7 @@ ErrorReport compare(const Mesh& mesh, const PointCloud& cloud, const CompareOpti
   report.seed = context.seed;
   report.diagonal = bounding_box_diagonal(cloud.positions) * cloud.frame.scale();
   report.input = InputReport{{}, cloud.size(), report.diagonal};
-  report.mesh = measure_mesh(mesh, context);
+  report.mesh = measure_mesh(mesh, context, options.self_intersections);
   const SurfaceDistance surface = mesh.frame == cloud.frame ? SurfaceDistance(mesh, context)
                                                             : SurfaceDistance(moved_to(mesh, cloud.frame), context);
   report.points_to_surface = measure_distances(surface, cloud, report.diagonal, context);
@@ -180,7 +180,7 @@ ErrorReport compare(const Mesh& mesh, const Mesh& reference, const CompareOption
   report.command = "compare";
   report.seed = context.seed;
   report.diagonal = used_diagonal(reference) * reference.frame.scale();
-  report.mesh = measure_mesh(mesh, context);
+  report.mesh = measure_mesh(mesh, context, options.self_intersections);
   ReferenceReport& result = report.reference.emplace();
   result.diagonal = report.diagonal;
   result.samples = options.samples;

@@ -11,6 +11,8 @@ namespace gpsrecon {
 struct CompareOptions {
   /// Area-uniform samples on each of two meshes. Range: [1, 1e9].
   std::size_t samples = 400000;
+  /// Count the faces of the mesh that intersect others.
+  bool self_intersections = false;
 
   /// Throws OptionError naming the field and the value.
   void check() const;

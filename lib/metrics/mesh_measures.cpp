@@ -1,5 +1,6 @@
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/metrics/mesh_measures.h>
+#include <gpsrecon/metrics/self_intersections.h>
 #include <Eigen/Geometry>
 #include <algorithm>
 
@@ -41,7 +42,7 @@ double enclosed_volume(const std::vector<Vec3>& positions, const FaceList& faces
   });
 }
 
-MeshReport measure_mesh(const Mesh& mesh, const RunContext& context) {
+MeshReport measure_mesh(const Mesh& mesh, const RunContext& context, bool self_intersections) {
   const double scale = mesh.frame.scale();
   MeshReport report;
   report.vertices = mesh.positions.size();
@@ -50,14 +51,18 @@ MeshReport measure_mesh(const Mesh& mesh, const RunContext& context) {
   report.area = surface_area(mesh.positions, mesh.faces, context) * scale * scale;
   if (is_closed(report.topology))
     report.volume = enclosed_volume(mesh.positions, mesh.faces, context) * scale * scale * scale;
+  if (self_intersections)
+    report.self_intersecting_faces = count_self_intersecting_faces(mesh.positions, mesh.faces, context);
   return report;
 }
 
 std::vector<BoundaryLoop> measure_boundary_loops(const std::vector<Vec3>& positions, const FaceList& faces,
-                                                 const Frame& frame) {
+                                                 const Frame& frame, const std::vector<std::string>& reasons) {
   std::vector<BoundaryLoop> loops;
   for (const std::vector<Index>& vertices : boundary_loops(faces, half_edges(faces, positions.size()))) {
     BoundaryLoop loop;
+    if (!reasons.empty()) loop.reason = reasons[loops.size()];
+    loop.vertex = *std::min_element(vertices.begin(), vertices.end());
     loop.edges = vertices.size();
     Vec3 weighted = Vec3::Zero(), plain = Vec3::Zero();
     for (std::size_t i = 0; i < vertices.size(); ++i) {

@@ -21,13 +21,14 @@ double surface_area(const std::vector<Vec3>& positions, const FaceList& faces, c
 /// positions.
 double enclosed_volume(const std::vector<Vec3>& positions, const FaceList& faces, const RunContext& context = {});
 
-/// Counts, topology, area and, if closed, volume, in scene units. O(c log c) in the corners.
-/// Throws InvariantError if a corner is out of range.
-MeshReport measure_mesh(const Mesh& mesh, const RunContext& context = {});
+/// Counts, topology, area and, if closed, volume, in scene units, and on request the self-intersecting faces
+/// (self_intersections.h). O(c log c) in the corners. Throws InvariantError if a corner is out of range.
+MeshReport measure_mesh(const Mesh& mesh, const RunContext& context = {}, bool self_intersections = false);
 
-/// The boundary loops of a mesh, longest first, in scene units and world coordinates. `reason` is left empty.
+/// The boundary loops of a mesh, longest first, in scene units and world coordinates. `reasons` are those of the loops
+/// in the order of boundary_loops(), or empty if unknown.
 std::vector<BoundaryLoop> measure_boundary_loops(const std::vector<Vec3>& positions, const FaceList& faces,
-                                                 const Frame& frame);
+                                                 const Frame& frame, const std::vector<std::string>& reasons = {});
 
 /// Numbers stored: ten per vertex (mean 3, covariance 6, weight 1) and one per face corner (its index); numbers read:
 /// three per point. A plain triangle mesh would store three per vertex: the covariances cost six numbers more, and the

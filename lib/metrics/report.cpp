@@ -86,8 +86,14 @@ Json to_object(const CovMeshReport& r, double diagonal) {
           {"dropped_specks", r.dropped_specks},
           {"dropped_speck_weight", r.dropped_speck_weight},
           {"split_vertices", r.split_vertices},
+          {"flipped_edges", r.flipped_edges},
           {"closed_pinholes", r.closed_pinholes},
+          {"untangled", r.untangled},
+          {"filled_holes", r.filled_holes},
+          {"filled_rims", r.filled_rims},
+          {"filled_vertices", r.filled_vertices},
           {"flipped_components", r.flipped_components},
+          {"self_intersecting_faces", null_or(r.self_intersecting_faces)},
           {"boundary_loops", std::move(loops)}};
 }
 
@@ -110,7 +116,8 @@ Json to_object(const MeshReport& r) {
           {"faces", r.faces},
           {"topology", to_object(r.topology)},
           {"area", r.area},
-          {"volume", null_or(r.volume)}};
+          {"volume", null_or(r.volume)},
+          {"self_intersecting_faces", null_or(r.self_intersecting_faces)}};
 }
 
 Json values_json(const Statistics& s) {
@@ -230,6 +237,24 @@ std::string topology_text(const Topology& t) {
   return text;
 }
 
+std::string self_intersection_text(const std::optional<std::size_t>& count, std::size_t faces) {
+  if (!count) return "";
+  return "; " + count_of(*count, "face") + " self-intersecting (" +
+         number(faces > 0 ? 100 * static_cast<double>(*count) / static_cast<double>(faces) : 0, 2) + " %)";
+}
+
+/// How many loops are open for which reason, and where the longest is.
+std::string loops_text(const std::vector<BoundaryLoop>& loops, double diagonal) {
+  std::map<std::string, std::size_t> reasons;
+  for (const BoundaryLoop& loop : loops) ++reasons[loop.reason];
+  std::string text;
+  for (const auto& [reason, count] : reasons) text += (text.empty() ? "" : ", ") + std::to_string(count) + " " + reason;
+  const BoundaryLoop& longest = loops.front();
+  return text + "; the longest " + length_text(longest.length, diagonal) + " (" + longest.reason + ") around (" +
+         number(longest.center.x(), 6) + ", " + number(longest.center.y(), 6) + ", " + number(longest.center.z(), 6) +
+         ")";
+}
+
 std::string distance_text(const DistanceReport& r, double diagonal) {
   const Statistics& s = r.distance;
   return "RMS " + length_text(s.rms, diagonal) + ", mean " + length_text(s.mean, diagonal) + ", median " +
@@ -282,7 +307,10 @@ std::string summary(const ErrorReport& r) {
     line("covmesh",
          count_of(c.faces, "face") + " over " + std::to_string(c.vertices) + " vertices, " + topology_text(c.topology) +
              "; left out " + std::to_string(c.light_components + c.leftover_components) + " Gaussians (" +
-             number(c.light_weight + c.leftover_weight) + " points) and " + count_of(c.dropped_specks, "speck"));
+             number(c.light_weight + c.leftover_weight) + " points) and " + count_of(c.dropped_specks, "speck") +
+             (c.filled_holes > 0 ? "; filled " + count_of(c.filled_holes, "hole") : "") +
+             self_intersection_text(c.self_intersecting_faces, c.faces));
+    if (!c.boundary_loops.empty()) line("open loops", loops_text(c.boundary_loops, diagonal));
   }
   if (r.fit)
     line("fit", count_of(static_cast<std::size_t>(r.fit->steps), "step") + ", vertices moved by " +
@@ -291,7 +319,8 @@ std::string summary(const ErrorReport& r) {
                     " added where there is more detail");
   if (r.mesh)
     line("mesh", count_of(r.mesh->faces, "face") + " over " + std::to_string(r.mesh->vertices) + " vertices, " +
-                     topology_text(r.mesh->topology));
+                     topology_text(r.mesh->topology) +
+                     self_intersection_text(r.mesh->self_intersecting_faces, r.mesh->faces));
   if (r.compression)
     line("compression",
          "1 number stored for " + number(r.compression->ratio > 0 ? 1 / r.compression->ratio : 0, 3) + " read");

@@ -55,8 +55,9 @@ struct MixtureReport {
 struct BoundaryLoop {
   std::size_t edges = 0;
   double length = 0;
-  Vec3 center = Vec3::Zero();  ///< mean of its edges' middles by length
-  std::string reason;          ///< why it is open: "boundary", "gap", ...; empty if not known
+  Vec3 center = Vec3::Zero();      ///< mean of its edges' middles by length
+  std::string reason = "unknown";  ///< why it is open, the name of a LoopReason (triangulate/triangulate.h)
+  Index vertex = no_index;         ///< the first of its vertices: tells which loop it is; not written
 };
 
 /// The covariance mesh and what was left out of it.
@@ -70,8 +71,12 @@ struct CovMeshReport {
   std::size_t dropped_specks = 0;
   double dropped_speck_weight = 0;
   std::size_t split_vertices = 0;
+  std::size_t flipped_edges = 0;
   std::size_t closed_pinholes = 0;
+  std::size_t untangled = 0;
+  std::size_t filled_holes = 0, filled_rims = 0, filled_vertices = 0;
   std::size_t flipped_components = 0;
+  std::optional<std::size_t> self_intersecting_faces;  ///< if they were counted
   std::vector<BoundaryLoop> boundary_loops;
 };
 
@@ -91,7 +96,8 @@ struct MeshReport {
   std::size_t vertices = 0, faces = 0;
   Topology topology;
   double area = 0;
-  std::optional<double> volume;  ///< enclosed, positive if faces point outward; only if closed
+  std::optional<double> volume;                        ///< enclosed, positive if faces point outward; only if closed
+  std::optional<std::size_t> self_intersecting_faces;  ///< if they were counted
 };
 
 /// Distances from points to a surface.

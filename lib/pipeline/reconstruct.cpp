@@ -5,7 +5,9 @@
 #include <gpsrecon/metrics/distance.h>
 #include <gpsrecon/metrics/mesh_measures.h>
 #include <gpsrecon/metrics/resource_usage.h>
+#include <gpsrecon/metrics/self_intersections.h>
 #include <gpsrecon/pipeline/reconstruct.h>
+#include <gpsrecon/triangulate/orient.h>
 #include <Eigen/Eigenvalues>
 #include <cmath>
 #include <numeric>
@@ -73,12 +75,17 @@ void describe_input(const PreparedCloud& cloud, std::size_t rows, ErrorReport& r
       {"non_finite", cloud.clean.non_finite}, {"duplicate", cloud.clean.duplicates}, {"isolated", cloud.isolated}};
 }
 
-void describe_covmesh(const CovMesh& mesh, ErrorReport& report) {
+/// Without `reasons` loops keep those described before: their vertices may have moved, but are the same.
+void describe_covmesh(const CovMesh& mesh, ErrorReport& report, const std::vector<std::string>& reasons = {}) {
   CovMeshReport& described = report.covmesh ? *report.covmesh : report.covmesh.emplace();
+  const std::vector<BoundaryLoop> before = std::move(described.boundary_loops);
   described.vertices = mesh.vertices.size();
   described.faces = mesh.faces.size();
   described.topology = topology(mesh.faces, mesh.vertices.size());
-  described.boundary_loops = measure_boundary_loops(mesh.vertices.means, mesh.faces, mesh.vertices.frame);
+  described.boundary_loops = measure_boundary_loops(mesh.vertices.means, mesh.faces, mesh.vertices.frame, reasons);
+  for (BoundaryLoop& loop : described.boundary_loops)
+    for (const BoundaryLoop& earlier : before)
+      if (earlier.vertex == loop.vertex) loop.reason = earlier.reason;
 }
 
 /// Refined edges may be up to half longer than the spacing: one level more would quadruple the mesh, and the memory and
@@ -93,6 +100,8 @@ Reconstruction finish(CovMesh mesh, const ReconstructOptions& options, const Run
   Reconstruction result;
   timer.start("subdivide");
   result.mesh = subdivide_stage(mesh, options, context, report);
+  if (options.self_intersections)
+    report.covmesh->self_intersecting_faces = count_self_intersecting_faces(mesh.vertices.means, mesh.faces, context);
   result.covmesh = std::move(mesh);
   result.report = std::move(report);
   return result;
@@ -110,6 +119,16 @@ void close_books(Reconstruction& result, const RunContext& context, StageTimer& 
   report.run.wall_s = total.wall_s;
   report.run.cpu_s = total.cpu_s;
   report.run.peak_memory_bytes = peak_memory_bytes();
+}
+
+/// Per point a vector to the outer side: the way to the sensor that was given, else to the point's own, else its
+/// normal. Empty if nothing tells.
+std::vector<Vec3> outward_directions(const PointCloud& cloud, const std::optional<Vec3>& sensor) {
+  if (!sensor && cloud.sensors.empty()) return cloud.normals;
+  const Vec3 at = sensor ? cloud.frame.to_local(*sensor) : Vec3::Zero();
+  std::vector<Vec3> directions(cloud.size());
+  for (std::size_t i = 0; i < cloud.size(); ++i) directions[i] = (sensor ? at : cloud.sensors[i]) - cloud.positions[i];
+  return directions;
 }
 
 double covmesh_diagonal(const CovMesh& mesh) {
@@ -204,9 +223,16 @@ CovMesh triangulate_stage(const Mixture& mixture, const ReconstructOptions& opti
   described.dropped_specks = result.dropped_specks;
   described.dropped_speck_weight = result.dropped_speck_weight;
   described.split_vertices = result.split_vertices;
+  described.flipped_edges = result.flipped_edges;
   described.closed_pinholes = result.closed_pinholes;
+  described.untangled = result.untangled;
+  described.filled_holes = result.filled_holes;
+  described.filled_rims = result.filled_rims;
+  described.filled_vertices = result.filled_vertices;
   described.flipped_components = result.flipped_components;
-  describe_covmesh(result.mesh, report);
+  std::vector<std::string> reasons;
+  for (const LoopReason reason : result.loop_reasons) reasons.emplace_back(name_of(reason));
+  describe_covmesh(result.mesh, report, reasons);
   context.log(LogLevel::info, "triangulate: " + std::to_string(described.faces) + " faces over " +
                                   std::to_string(described.vertices) + " Gaussians, " +
                                   std::to_string(described.boundary_loops.size()) + " boundary loops");
@@ -215,12 +241,16 @@ CovMesh triangulate_stage(const Mixture& mixture, const ReconstructOptions& opti
 
 CovMesh fit_stage(CovMesh mesh, const PreparedCloud& cloud, const ReconstructOptions& options,
                   const RunContext& context, ErrorReport& report) {
+  std::optional<PointCloud> moved;
+  if (!(cloud.clean.cloud.frame == mesh.vertices.frame)) moved = in_frame(cloud.clean.cloud, mesh.vertices.frame);
+  const PointCloud& points = moved ? *moved : cloud.clean.cloud;
+  if (const std::vector<Vec3> directions = outward_directions(points, options.sensor); !directions.empty()) {
+    const std::size_t turned = orient_by_vote(mesh.vertices, mesh.faces, points, directions, context);
+    if (report.covmesh) report.covmesh->flipped_components += turned;
+  }
   if (options.fit.steps == 0) return mesh;
   const std::vector<Vec3> before = mesh.vertices.means;
-  const bool same_frame = cloud.clean.cloud.frame == mesh.vertices.frame;
-  Fit result = same_frame
-                   ? fit(std::move(mesh), cloud.clean.cloud, options.fit, context)
-                   : fit(std::move(mesh), in_frame(cloud.clean.cloud, mesh.vertices.frame), options.fit, context);
+  Fit result = fit(std::move(mesh), points, options.fit, context);
   mesh = std::move(result.mesh);
   mesh.vertices = as_stored(mesh.vertices);
   const double unit = mesh.vertices.frame.scale();
@@ -249,7 +279,7 @@ Mesh subdivide_stage(const CovMesh& mesh, const ReconstructOptions& options, con
   SubdivideOptions subdivision = options.subdivide;
   subdivision.levels = options.levels >= 0 ? options.levels : level_for_edge_length(mesh, edge_target(mesh));
   Mesh refined = subdivide(mesh, subdivision, context);
-  report.mesh = measure_mesh(refined, context);
+  report.mesh = measure_mesh(refined, context, options.self_intersections);
   report.mesh->level = subdivision.levels;
   context.log(LogLevel::info, "subdivide: " + std::to_string(refined.faces.size()) + " faces at level " +
                                   std::to_string(subdivision.levels));

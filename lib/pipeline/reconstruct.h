@@ -26,7 +26,9 @@ struct ReconstructOptions {
   /// Refinement level of the mesh. Range: [0, 8]; -1 = the smallest level up to 3 whose edges are at most 1.5 times the
   /// sample spacing.
   int levels = -1;
-  /// Where the sensor stood, in world coordinates.
+  /// Count the faces of covariance mesh and mesh that intersect others.
+  bool self_intersections = false;
+  /// Where the sensor stood, in world coordinates; takes precedence over the sensors and normals of the points.
   std::optional<Vec3> sensor;
 
   /// Throws OptionError naming the field and the value.
@@ -57,6 +59,7 @@ Mixture mixture_stage(const PreparedCloud& cloud, const ReconstructOptions& opti
                       ErrorReport& report);
 CovMesh triangulate_stage(const Mixture& mixture, const ReconstructOptions& options, const RunContext& context,
                           ErrorReport& report);
+/// Also turns open components to where the points were seen from, or to the side of their normals, if they tell.
 CovMesh fit_stage(CovMesh mesh, const PreparedCloud& cloud, const ReconstructOptions& options,
                   const RunContext& context, ErrorReport& report);
 Mesh subdivide_stage(const CovMesh& mesh, const ReconstructOptions& options, const RunContext& context,

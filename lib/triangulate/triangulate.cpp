@@ -1,18 +1,24 @@
 #include <gpsrecon/core/error.h>
+#include <gpsrecon/core/mesh_topology.h>
+#include <gpsrecon/triangulate/flips.h>
 #include <gpsrecon/triangulate/front.h>
+#include <gpsrecon/triangulate/holes.h>
 #include <gpsrecon/triangulate/light_components.h>
+#include <gpsrecon/triangulate/orient.h>
 #include <gpsrecon/triangulate/overlap_graph.h>
-#include <gpsrecon/triangulate/repair.h>
+#include <gpsrecon/triangulate/pieces.h>
+#include <gpsrecon/triangulate/pinholes.h>
 #include <gpsrecon/triangulate/triangulate.h>
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 #include <string>
 
 namespace gpsrecon {
 namespace {
 
-/// Keeps the vertices that faces use, in order, and renumbers the corners.
-void compact(Mixture& vertices, std::vector<Index>& component_of_vertex, FaceList& faces) {
+/// Keeps the vertices that faces use, in order, and renumbers the corners. Returns the old numbers of those kept.
+std::vector<Index> compact(Mixture& vertices, std::vector<Index>& component_of_vertex, FaceList& faces) {
   std::vector<Index> number(vertices.size(), no_index);
   std::vector<Index> kept;
   for (const Index v : faces.corners) number[v] = 0;
@@ -23,11 +29,32 @@ void compact(Mixture& vertices, std::vector<Index>& component_of_vertex, FaceLis
     }
   for (Index& v : faces.corners) v = number[v];
   vertices = select(vertices, kept);
-  for (Index& v : kept) v = component_of_vertex[v];
-  component_of_vertex = std::move(kept);
+  std::vector<Index> component;
+  component.reserve(kept.size());
+  for (const Index v : kept) component.push_back(component_of_vertex[v]);
+  component_of_vertex = std::move(component);
+  return kept;
 }
 
 }  // namespace
+
+std::string_view name_of(LoopReason reason) {
+  switch (reason) {
+    case LoopReason::rim:
+      return "rim";
+    case LoopReason::no_points:
+      return "no_points";
+    case LoopReason::too_long:
+      return "too_long";
+    case LoopReason::kept:
+      return "kept";
+    case LoopReason::no_patch:
+      return "no_patch";
+    case LoopReason::would_intersect:
+      return "would_intersect";
+  }
+  return "";
+}
 
 void TriangulateOptions::check() const {
   const auto fail = [](const char* field, const char* range, double value) {
@@ -39,6 +66,8 @@ void TriangulateOptions::check() const {
     fail("min_component_share", "in [0, 1)", min_component_share);
   if (!(min_weight_share >= 0 && min_weight_share < 1)) fail("min_weight_share", "in [0, 1)", min_weight_share);
   if (max_pinhole_edges < 0) fail("max_pinhole_edges", "at least 0", max_pinhole_edges);
+  if (!(fill_length_rel >= 0 && std::isfinite(fill_length_rel)))
+    fail("fill_length_rel", "at least 0 and finite", fill_length_rel);
   if (sensor && !sensor->allFinite()) throw OptionError("sensor must be finite");
 }
 
@@ -56,6 +85,7 @@ Triangulation triangulate(const Mixture& mixture, const TriangulateOptions& opti
   result.light_components = light.size();
   for (const Index i : light) result.light_weight += mixture.weights[i];
   result.closed_pinholes = close_pinholes(surface, mixture, graph, sheets, options);
+  result.flipped_edges = flip_edges(surface, graph, options);
   CovMesh& mesh = result.mesh;
   mesh.faces = surface.faces();
   if (mesh.faces.empty())
@@ -76,7 +106,25 @@ Triangulation triangulate(const Mixture& mixture, const TriangulateOptions& opti
   for (Index v = 0; v < mixture.size(); ++v) result.component_of_vertex[v] = v;
   result.split_vertices = split_vertices(mesh.vertices, result.component_of_vertex, mesh.faces);
   compact(mesh.vertices, result.component_of_vertex, mesh.faces);
+  const Mending mending = mend(mesh, result.component_of_vertex, mixture, options);
+  result.untangled = mending.untangled;
+  result.filled_holes = mending.filled;
+  result.filled_rims = mending.rims;
+  result.filled_vertices = mending.new_vertices;
+  if (mending.rims > 0)
+    context.warn(std::to_string(mending.rims) + " outer rims of open sheets were capped: there are no points there");
+  // Gaussians of places that were replaced are left over, too.
+  std::vector<char> used(mesh.vertices.size(), 0);
+  for (const Index v : mesh.faces.corners) used[v] = 1;
+  for (Index v = 0; v < mesh.vertices.size(); ++v)
+    if (!used[v] && result.component_of_vertex[v] != no_index) {
+      ++result.leftover_components;
+      result.leftover_weight += mesh.vertices.weights[v];
+    }
+  const std::vector<Index> kept = compact(mesh.vertices, result.component_of_vertex, mesh.faces);
   result.flipped_components = orient(mesh.vertices, mesh.faces, options.sensor);
+  for (const std::vector<Index>& loop : boundary_loops(mesh.faces, half_edges(mesh.faces, mesh.vertices.size())))
+    result.loop_reasons.push_back(mending.reason[kept[loop.front()]]);
   context.progress("triangulate", 1);
   return result;
 }

@@ -340,6 +340,13 @@ TEST(MeasureBoundaryLoops, LongestFirstInSceneUnits) {
   EXPECT_LT((loops[0].center - frame.to_world(Vec3(0.5, 1, 0))).norm(), 1e-13);
   EXPECT_EQ(loops[1].edges, 3u);
   EXPECT_DOUBLE_EQ(loops[1].length, 2 * (3 + std::sqrt(5.0)));
+  EXPECT_EQ(loops[0].reason, "unknown");
+  // The first half-edge of the list is one of the bottom.
+  const auto explained = measure_boundary_loops(mesh.positions, mesh.faces, frame, {"of the bottom", "of the lid"});
+  EXPECT_EQ(explained[0].reason, "of the bottom");
+  EXPECT_EQ(explained[1].reason, "of the lid");
+  EXPECT_LT(explained[0].vertex, 4u);
+  EXPECT_GE(explained[1].vertex, 4u);
   EXPECT_TRUE(measure_boundary_loops(sphere(1).positions, sphere(1).faces, {}).empty());
 }
 

@@ -58,6 +58,7 @@ ErrorReport full_report() {
   covmesh.topology = topology(square(0).faces, 4);
   covmesh.leftover_components = 2;
   covmesh.leftover_weight = 3.25;
+  covmesh.self_intersecting_faces = 4;
   covmesh.boundary_loops = measure_boundary_loops(square(0).positions, square(0).faces, {});
   report.covmesh = covmesh;
   report.fit = FitReport{5, 0.01, 0.1};

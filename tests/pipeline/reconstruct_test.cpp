@@ -413,6 +413,65 @@ TEST(Reconstruct, TurnsAnOpenSheetToTheSensor) {
   }
 }
 
+TEST(Reconstruct, TurnsAnOpenSheetToWherePointsWereSeenFromOrTheirNormalsPoint) {
+  const Vec3 shift(3000, -2000, 500);
+  const PointCloud sheet = test::shifted(test::scaled(test::rectangle(2000, 2, 2, 4).cloud(), 100), shift);
+  const auto side_of = [](const PointCloud& cloud, const ReconstructOptions& options) {
+    const Reconstruction result = reconstruct(cloud, options);
+    EXPECT_EQ(result.report.covmesh->boundary_loops.size(), 1u);
+    EXPECT_EQ(result.report.covmesh->boundary_loops[0].reason, "rim");
+    return result.mesh.normals.front().z();
+  };
+  for (const int fit_steps : {0, 2})
+    for (const double side : {-1.0, 1.0}) {
+      ReconstructOptions options;
+      options.fit.steps = fit_steps;
+      PointCloud cloud = sheet;
+      cloud.normals.assign(cloud.size(), Vec3(0.1, 0, -side));
+      for (std::size_t i = 0; i < cloud.size(); i += 3) cloud.normals[i].z() *= -1;  // a third of them is wrong
+      EXPECT_GT(-side * side_of(cloud, options), 0.999);
+      cloud.sensors.assign(cloud.size(), shift + Vec3(50, 0, 80 * side));  // has precedence over normals
+      EXPECT_GT(side * side_of(cloud, options), 0.999);
+      options.sensor = shift - Vec3(0, 0, 80 * side);  // and this over both
+      EXPECT_GT(-side * side_of(cloud, options), 0.999);
+    }
+}
+
+TEST(Reconstruct, NormalsDoNotTurnAClosedSurface) {
+  PointCloud cloud = noisy_sphere(3000, 0);
+  for (const Vec3& p : cloud.positions) cloud.normals.push_back(-p);
+  EXPECT_GT(*reconstruct(cloud).report.mesh->volume, 0);
+}
+
+TEST(Reconstruct, CountsSelfIntersectionsOnRequest) {
+  ReconstructOptions options;
+  const PointCloud cloud = noisy_sphere(3000, noise);
+  const Reconstruction plain = reconstruct(cloud, options);
+  EXPECT_FALSE(plain.report.covmesh->self_intersecting_faces);
+  EXPECT_FALSE(plain.report.mesh->self_intersecting_faces);
+  options.self_intersections = true;
+  const Reconstruction counted = reconstruct(cloud, options);
+  EXPECT_EQ(counted.report.covmesh->self_intersecting_faces, 0u);
+  EXPECT_EQ(counted.report.mesh->self_intersecting_faces, 0u);
+  EXPECT_EQ(counted.mesh.positions, plain.mesh.positions);
+}
+
+TEST(Reconstruct, LoopsKeepTheirReasonsThroughTheFit) {
+  // A hemisphere with a hole at its pole: a rim and a gap, which the fit moves differently.
+  PointCloud cloud = noisy_sphere(8000, 0.005);
+  std::erase_if(cloud.positions, [](const Vec3& p) { return p.z() < 0.3 || p.z() > 0.9; });
+  for (const int fit_steps : {0, 5}) {
+    ReconstructOptions options;
+    options.fit.steps = fit_steps;
+    const auto loops = reconstruct(cloud, options).report.covmesh->boundary_loops;
+    ASSERT_EQ(loops.size(), 2u);
+    EXPECT_EQ(loops[0].reason, "rim");
+    EXPECT_NEAR(loops[0].center.z(), 0.3, 0.1);
+    EXPECT_EQ(loops[1].reason, "no_points");
+    EXPECT_NEAR(loops[1].center.z(), 0.9, 0.1);
+  }
+}
+
 TEST(Reconstruct, RefusesOptionsOutOfRange) {
   const auto message = [](const auto& set) -> std::string {
     ReconstructOptions options;

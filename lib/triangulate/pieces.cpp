@@ -1,0 +1,105 @@
+#include <gpsrecon/core/mesh_topology.h>
+#include <gpsrecon/triangulate/pieces.h>
+#include <algorithm>
+
+namespace gpsrecon {
+
+std::size_t split_vertices(Mixture& vertices, std::vector<Index>& component_of_vertex, FaceList& faces) {
+  const HalfEdges he = half_edges(faces, vertices.size());
+  const std::vector<Index> fan_count = vertex_fans(faces, he, vertices.size());
+  std::size_t copies = 0;
+  // Per vertex with several fans: the corners of each fan.
+  std::vector<std::vector<Index>> corners_at(vertices.size());
+  for (Index h = 0; h < faces.corners.size(); ++h)
+    if (fan_count[faces.corners[h]] > 1) corners_at[faces.corners[h]].push_back(h);
+  const std::size_t original = vertices.size();
+  for (Index v = 0; v < original; ++v) {
+    if (corners_at[v].empty()) continue;
+    std::vector<std::vector<Index>> fans;
+    std::vector<Index> open = corners_at[v];
+    while (!open.empty()) {
+      // Grow the fan of one corner in both directions.
+      std::vector<Index> fan{open.front()};
+      for (std::size_t k = 0; k < fan.size(); ++k) {
+        const auto visit = [&](Index h) {
+          if (std::find(fan.begin(), fan.end(), h) == fan.end()) fan.push_back(h);
+        };
+        const Index out = fan[k];
+        const Index in = he.next[he.next[out]];
+        if (he.opposite[out] != no_index) visit(he.next[he.opposite[out]]);
+        if (he.opposite[in] != no_index) visit(he.opposite[in]);
+      }
+      std::erase_if(open, [&](Index h) { return std::find(fan.begin(), fan.end(), h) != fan.end(); });
+      fans.push_back(std::move(fan));
+    }
+    std::stable_sort(fans.begin(), fans.end(), [](const auto& a, const auto& b) { return a.size() > b.size(); });
+    const double weight = vertices.weights[v] / static_cast<double>(fans.size());
+    const Vec3 mean = vertices.means[v];
+    for (std::size_t f = 0; f < fans.size(); ++f) {
+      Index copy = v;
+      if (f > 0) {
+        copy = static_cast<Index>(vertices.size());
+        vertices.means.push_back(mean);
+        vertices.covariances.push_back(vertices.covariances[v]);
+        vertices.weights.push_back(weight);
+        if (!vertices.normals.empty()) {
+          vertices.normals.push_back(vertices.normals[v]);
+          vertices.normal_variances.push_back(vertices.normal_variances[v]);
+        }
+        component_of_vertex.push_back(component_of_vertex[v]);
+        ++copies;
+      }
+      vertices.weights[copy] = weight;
+      // A tenth of the way to the centroid of the fan.
+      Vec3 centroid = Vec3::Zero();
+      for (const Index h : fans[f])
+        centroid +=
+            0.5 * (vertices.means[faces.corners[he.next[h]]] + vertices.means[faces.corners[he.next[he.next[h]]]]);
+      centroid /= static_cast<double>(fans[f].size());
+      vertices.means[copy] = mean + 0.1 * (centroid - mean);
+      for (const Index h : fans[f]) faces.corners[h] = copy;
+    }
+  }
+  return copies;
+}
+
+Specks drop_specks(const Mixture& vertices, FaceList& faces, double min_share) {
+  const HalfEdges he = half_edges(faces, vertices.size());
+  const Components components = face_components(faces, he);
+  // A vertex where components touch counts for each of them, once.
+  std::vector<std::pair<Index, Index>> members;  // component, vertex
+  members.reserve(faces.corners.size());
+  for (std::size_t h = 0; h < faces.corners.size(); ++h)
+    members.emplace_back(components.of_face[he.face[h]], faces.corners[h]);
+  std::sort(members.begin(), members.end());
+  members.erase(std::unique(members.begin(), members.end()), members.end());
+  std::vector<double> weight(components.count, 0);
+  for (const auto& [component, v] : members) weight[component] += vertices.weights[v];
+  double total = 0;
+  for (const double w : vertices.weights) total += w;
+  // Never everything: the heaviest component stays whatever its share.
+  const auto heaviest = static_cast<std::size_t>(std::max_element(weight.begin(), weight.end()) - weight.begin());
+  Specks specks;
+  std::vector<char> drop(components.count, 0);
+  for (std::size_t c = 0; c < components.count; ++c) {
+    if (c == heaviest || weight[c] >= min_share * total) continue;
+    drop[c] = 1;
+    ++specks.count;
+  }
+  FaceList kept;
+  kept.reserve(faces.size(), faces.corners.size());
+  for (std::size_t f = 0; f < faces.size(); ++f)
+    if (!drop[components.of_face[f]]) kept.add(faces[f]);
+  // What is lost is the weight of the vertices that no face uses any more.
+  std::vector<char> counted(vertices.size(), 0);
+  for (const Index v : kept.corners) counted[v] = 1;
+  for (const auto& [component, v] : members) {
+    if (counted[v]) continue;
+    counted[v] = 1;
+    specks.weight += vertices.weights[v];
+  }
+  faces = std::move(kept);
+  return specks;
+}
+
+}  // namespace gpsrecon
