@@ -46,7 +46,7 @@ FIGURES = {
     "vertices": ("control vertices", "", 0.02, 0.0),
     # Machines differ, and so does what else they do.
     "cpu_s": ("processor time", "s", 2.0, 2.0),
-    "memory_MB": ("peak memory", "MB", 0.25, 10.0),
+    "memory_MB": ("peak memory", "MB", 0.5, 10.0),
 }
 
 
@@ -148,13 +148,17 @@ def read_tsv(path):
         return list(csv.DictReader((line for line in file if not line.startswith("#")), delimiter="\t"))
 
 
-def poisson_share(name, figures, baseline):
-    """Our control vertices over Poisson's, at its shallowest depth that is not more accurate; None without one."""
+def poisson_shares(name, figures, baseline):
+    """Our control vertices over Poisson's, at its shallowest depth that is not more accurate and at its most accurate one;
+    by the larger of the two RMS. None where there is no such depth."""
+    def larger(row):
+        return max(float(row["rms_mesh_to_truth"]), float(row["rms_truth_to_mesh"]))
+
     ours = max(figures["mesh_to_truth"], figures["truth_to_mesh"])
-    for row in sorted((r for r in baseline if r["scan"] == name), key=lambda r: int(r["depth"])):
-        if max(float(row["rms_mesh_to_truth"]), float(row["rms_truth_to_mesh"])) >= ours:
-            return figures["vertices"] / int(row["vertices"])
-    return None
+    rows = sorted((row for row in baseline if row["scan"] == name), key=lambda row: int(row["depth"]))
+    shallowest = next((row for row in rows if larger(row) >= ours), None)
+    return [figures["vertices"] / int(row["vertices"]) if row else None
+            for row in (shallowest, min(rows, key=larger, default=None))]
 
 
 def target_text(name, figures, targets):
@@ -180,8 +184,8 @@ def table(results, version, samples, data):
         "* RMS of the distances, mesh to truth and truth to mesh, in % of the diagonal of the truth; mean normal angle.",
         "* c / l / χ: components, boundary loops and Euler number of the mesh, in bold where the truth has others (in brackets);",
         "  nm: non-manifold edges and vertices.",
-        "* Control vertices; their share of screened Poisson's at its shallowest depth that is not more accurate, and whether the",
-        "  targets are met, for scans of which these are known.",
+        "* Control vertices; over the vertices of screened Poisson at its shallowest depth that is not more accurate (by the larger",
+        "  of the two RMS), and at its most accurate depth; whether the targets are met. For scans of which these are known.",
         "* Processor time and peak memory of the chain, file to file.",
         "",
         f"{version}, {samples} samples each way, on {platform.machine()} with {os.cpu_count()} processors.",
@@ -193,11 +197,11 @@ def table(results, version, samples, data):
         topology = " / ".join(map(str, found))
         if found != truth:
             topology = f"**{topology}** ({' / '.join(map(str, truth))})"
-        share = poisson_share(name, figures, baseline)
+        shares = ["–" if share is None else f"{share:.2f}" for share in poisson_shares(name, figures, baseline)]
         lines.append(
             f"| {name} | {points:,} | {figures['mesh_to_truth']:.4f} / {figures['truth_to_mesh']:.4f} "
             f"| {figures['normal_angle']:.2f}° | {topology} | {figures['nonmanifold']} | {figures['vertices']:,} "
-            f"| {'' if share is None else f'1/{1 / share:.0f}'} | {target_text(name, figures, targets)} "
+            f"| {' / '.join(shares)} | {target_text(name, figures, targets)} "
             f"| {figures['cpu_s']:.1f} s | {figures['memory_MB']:.0f} MB |")
     return "\n".join(lines) + "\n"
 
@@ -248,7 +252,7 @@ def run_board(options):
     if options.update:
         record["noise"] = (f"twice the largest deviation when reconstruction and comparison are repeated with the seeds "
                            f"{', '.join(map(str, NOISE_SEEDS))} instead of {SEED}; at least 1 % of distances and angles and "
-                           "2 % of vertices; processor time may triple and memory grow by a quarter")
+                           "2 % of vertices; processor time may triple and memory grow by half")
         record["version"], record["samples"] = program.version(), options.samples
         options.record.write_text(json.dumps(record, indent=1, sort_keys=True) + "\n")
     whole = not options.quick and not options.only

@@ -21,7 +21,7 @@ using testing::IsEmpty;
 class Scan : public testing::Test {
  protected:
   TemporaryFolder folder;
-  std::string path(const std::string& name) const { return (folder / name).string(); }
+  std::string path(const std::string& name) const { return folder / name; }
   /// `arguments` are separated by blanks; outputs lie in the folder.
   void scan(const std::string& arguments) {
     const ProcessResult result = run(words_of("scan " + arguments), {.folder = folder.path().string()});

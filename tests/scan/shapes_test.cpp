@@ -219,6 +219,7 @@ TEST(Shapes, AgreeWithTheirFormulas) {
 TEST(Shapes, AnswerAtCentresAndOnAxes) {
   EXPECT_DOUBLE_EQ(make_sphere(1.5).distance(Vec3::Zero()), -1.5);
   EXPECT_DOUBLE_EQ(TurnedBall(2).distance(Vec3::Zero()), -2);
+  EXPECT_DOUBLE_EQ(TurnedBall(2).diagonal(), Vec3(4, 4, 4).norm());
   EXPECT_DOUBLE_EQ(Cuboid(Vec3(1, 2, 0.5)).distance(Vec3::Zero()), -0.5);
   EXPECT_DOUBLE_EQ(make_torus(2, 0.7).distance(Vec3::Zero()), 1.3);
   EXPECT_DOUBLE_EQ(make_torus(2, 0.7).distance(Vec3(0, 2, 0)), -0.7);

@@ -88,13 +88,14 @@ class Rules(unittest.TestCase):
         baseline = [{"scan": "a", "depth": d, "vertices": v, "rms_mesh_to_truth": m, "rms_truth_to_mesh": t}
                     for d, v, m, t in [("9", "4000", "0.02", "0.01"), ("7", "100", "0.05", "0.01"),
                                        ("8", "1000", "0.01", "0.03")]]
-        share = lambda m, t: self.board.poisson_share(
+        share = lambda m, t: self.board.poisson_shares(
             "a", {"mesh_to_truth": m, "truth_to_mesh": t, "vertices": 50}, baseline)
-        self.assertEqual(share(0.04, 0.01), 0.5)  # depth 7: 0.05 is not below 0.04
-        self.assertEqual(share(0.05, 0.01), 0.5)
-        self.assertIsNone(share(0.06, 0.01))
-        self.assertEqual(share(0.001, 0.05), 0.5)
-        self.assertIsNone(self.board.poisson_share("b", {"mesh_to_truth": 1, "truth_to_mesh": 1}, baseline))
+        best = 50 / 4000
+        self.assertEqual(share(0.04, 0.01), [0.5, best])  # depth 7: 0.05 is not below 0.04
+        self.assertEqual(share(0.05, 0.01), [0.5, best])
+        self.assertEqual(share(0.06, 0.01), [None, best])
+        self.assertEqual(share(0.001, 0.05), [0.5, best])
+        self.assertEqual(self.board.poisson_shares("b", {"mesh_to_truth": 1, "truth_to_mesh": 1}, baseline), [None, None])
 
     def test_targets_are_met_by_all_three_figures(self):
         targets = [{"scan": "a", "rms_mesh_to_truth": "0.1", "rms_truth_to_mesh": "0.2", "normal_angle": "3"}]
