@@ -197,11 +197,12 @@ def table(results, version, samples, data):
         topology = " / ".join(map(str, found))
         if found != truth:
             topology = f"**{topology}** ({' / '.join(map(str, truth))})"
-        shares = ["–" if share is None else f"{share:.2f}" for share in poisson_shares(name, figures, baseline)]
+        shares = poisson_shares(name, figures, baseline)
+        share_text = " / ".join("–" if s is None else f"{s:.2f}" for s in shares) if any(shares) else ""
         lines.append(
             f"| {name} | {points:,} | {figures['mesh_to_truth']:.4f} / {figures['truth_to_mesh']:.4f} "
             f"| {figures['normal_angle']:.2f}° | {topology} | {figures['nonmanifold']} | {figures['vertices']:,} "
-            f"| {' / '.join(shares)} | {target_text(name, figures, targets)} "
+            f"| {share_text} | {target_text(name, figures, targets)} "
             f"| {figures['cpu_s']:.1f} s | {figures['memory_MB']:.0f} MB |")
     return "\n".join(lines) + "\n"
 
