@@ -73,7 +73,7 @@ TEST_F(Scan, writes_normals_and_sensors_when_asked_to) {
   for (std::size_t i = 0; i < 500; ++i) {
     ASSERT_EQ(surface.positions[i], sensor.positions[i]);
     ASSERT_LT((surface.normals[i] - surface.positions[i]).norm(), 1e-6);  // of the unit sphere
-    ASSERT_NEAR(surface.sensors[i].norm(), 4, 1e-5);
+    ASSERT_NEAR(surface.sensors[i].norm(), 4 * make_shape("sphere")->bounding_radius(), 1e-5);
     ASSERT_LT((sensor.normals[i] - (surface.sensors[i] - surface.positions[i]).normalized()).norm(), 1e-5);
   }
 }

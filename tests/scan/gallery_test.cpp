@@ -10,8 +10,14 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <ostream>
 
 namespace gpsrecon {
+
+static void PrintTo(const GalleryShape& shape, std::ostream* out) {
+  *out << shape.name;
+}
+
 namespace {
 
 class GalleryTest : public ::testing::TestWithParam<GalleryShape> {
