@@ -14,6 +14,7 @@ ExitCode run_triangulate(Arguments& arguments);
 ExitCode run_fit(Arguments& arguments);
 ExitCode run_subdivide(Arguments& arguments);
 ExitCode run_compare(Arguments& arguments);
+ExitCode run_scan(Arguments& arguments);
 ExitCode run_info(Arguments& arguments);
 
 }  // namespace gpsrecon::cli

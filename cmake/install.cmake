@@ -32,6 +32,12 @@ set(GPSRECON_PUBLIC_HEADERS
   metrics/resource_usage.h
   metrics/statistics.h
   pipeline/reconstruct.h
+  scan/gallery.h
+  scan/mesh_target.h
+  scan/profile.h
+  scan/scan_target.h
+  scan/shapes.h
+  scan/virtual_scan.h
   triangulate/triangulate.h)
 foreach(header IN LISTS GPSRECON_PUBLIC_HEADERS)
   cmake_path(GET header PARENT_PATH stage)

@@ -5,7 +5,7 @@ cd "$(dirname "$0")/.."
 
 # Versions of clang-format disagree, so one is fixed.
 command -v clang-format-14 >/dev/null || { echo "format.sh: clang-format-14 is missing" >&2; exit 1; }
-sources=$(find lib cli datasets tests -name '*.h' -o -name '*.cpp' | sort)
+sources=$(find lib cli tests -name '*.h' -o -name '*.cpp' | sort)
 
 case "${1:-}" in
   "") echo "$sources" | xargs clang-format-14 -i ;;

@@ -12,7 +12,8 @@ set -eu
 
 build="g++ cmake ninja-build ccache libeigen3-dev libflann-dev liblz4-dev libcgal-dev libcli11-dev libspdlog-dev
   nlohmann-json3-dev libpcl-dev"
-test="libgtest-dev libgmock-dev libbenchmark-dev libopenmesh-dev libosd-dev"
+test="libgtest-dev libgmock-dev libbenchmark-dev libopenmesh-dev libosd-dev
+  python3"
 develop="git clang-format-14 clang-tidy-14"
 
 case "${1:-build}" in

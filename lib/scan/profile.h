@@ -3,9 +3,10 @@
 #include <Eigen/Core>
 #include <vector>
 
-namespace gpsrecon::datasets {
+namespace gpsrecon {
 
-/// A point (ρ, z) of a half-plane bounded by an axis: ρ >= 0 is the distance from the axis, z the height along it.
+/// A point of the plane; of profiles that are turned about an axis (ρ, z): ρ >= 0 is the distance from the axis, z the
+/// height along it.
 using Vec2 = Eigen::Vector2d;
 
 /// The point of a profile that is closest to another point p.
@@ -16,7 +17,7 @@ struct ProfilePoint {
   bool outside;             ///< p lies on the outer side; false on the profile itself
 };
 
-/// The outline of a turned solid: a chain of straight segments and circular arcs in the half-plane (ρ, z), traversed
+/// The outline of a turned or extruded surface: a chain of straight segments and circular arcs in the plane, traversed
 /// with the outside on the right (a closed outline runs counter-clockwise). Which side a point lies on is told by the
 /// normal at the closest point; at corners by the mean of the two normals that meet there, which is right for every
 /// corner short of a cusp.
@@ -42,11 +43,19 @@ class Profile {
   /// Precondition: at least one piece. O(pieces).
   ProfilePoint closest(const Vec2& p) const;
 
+  bool is_closed() const { return start_ == end(); }
+
   /// The smallest and largest corner of the box around the chain.
   struct Box {
     Vec2 min, max;
   };
   Box box() const;
+  /// The largest value of q · direction over the points q of the chain; the direction has length 1.
+  double support(const Vec2& direction) const;
+
+  /// Points of the chain from its start to its end, ends of pieces included, so that no point of the chain is farther
+  /// than `tolerance` > 0 from the polygon through them.
+  std::vector<Vec2> sample(double tolerance) const;
 
  private:
   struct Piece {
@@ -66,4 +75,8 @@ class Profile {
   std::vector<Piece> pieces_;
 };
 
-}  // namespace gpsrecon::datasets
+/// Number of equal chords that replace an arc of `angle` radians so that none is farther than `tolerance` from it (and
+/// none spans more than a third of a circle).
+std::size_t chords(double radius, double angle, double tolerance);
+
+}  // namespace gpsrecon

@@ -1,11 +1,12 @@
-#include "datasets/profile.h"
+#include "profile.h"
 
 #include <gpsrecon/core/error.h>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-namespace gpsrecon::datasets {
+namespace gpsrecon {
 namespace {
 
 double cross(const Vec2& a, const Vec2& b) {
@@ -13,6 +14,11 @@ double cross(const Vec2& a, const Vec2& b) {
 }
 
 }  // namespace
+
+std::size_t chords(double radius, double angle, double tolerance) {
+  const double widest = 2 * std::acos(std::max(0.5, 1 - tolerance / radius));
+  return std::max<std::size_t>(1, static_cast<std::size_t>(std::ceil(angle / widest)));
+}
 
 /// Whether the direction from the centre points into the sector of the arc (at most half a circle).
 bool Profile::Piece::arc_covers(const Vec2& direction) const {
@@ -120,4 +126,31 @@ Profile::Box Profile::box() const {
   return box;
 }
 
-}  // namespace gpsrecon::datasets
+double Profile::support(const Vec2& direction) const {
+  double support = start_.dot(direction);
+  for (const Piece& piece : pieces_) {
+    support = std::max(support, piece.end.dot(direction));
+    if (piece.turn != 0 && piece.arc_covers(direction))
+      support = std::max(support, piece.center.dot(direction) + piece.radius);
+  }
+  return support;
+}
+
+std::vector<Vec2> Profile::sample(double tolerance) const {
+  std::vector<Vec2> points{start_};
+  for (const Piece& piece : pieces_) {
+    if (piece.turn != 0) {
+      const Vec2 from = piece.start - piece.center, to = piece.end - piece.center;
+      const double angle = std::atan2(std::abs(cross(from, to)), from.dot(to));
+      const std::size_t segments = chords(piece.radius, angle, tolerance);
+      for (std::size_t k = 1; k < segments; ++k) {
+        const double turned = piece.turn * angle * static_cast<double>(k) / static_cast<double>(segments);
+        points.push_back(piece.center + Eigen::Rotation2Dd(turned) * from);
+      }
+    }
+    points.push_back(piece.end);
+  }
+  return points;
+}
+
+}  // namespace gpsrecon
