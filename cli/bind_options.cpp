@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <sstream>
 
 namespace gpsrecon::cli {
 namespace {
@@ -30,6 +31,20 @@ void bind_scale(Arguments& arguments, ScaleOptions& options) {
   arguments.option("--isolation", "X", options.isolation,
                    "drop points whose 8th neighbour is farther than X times the median such distance, 0 = keep all",
                    "> 1 or 0");
+}
+
+void bind_attributes(Arguments& arguments, AttributeOptions& options) {
+  arguments.group("Points");
+  arguments.option("--labels", "NAME,...",
+                   "columns of whole numbers that are labels: decided by majority, never averaged; those named class, "
+                   "label, segment and the like are anyway",
+                   "", "none", [&options](const std::string& text) {
+                     std::istringstream names(text);
+                     options.labels.clear();
+                     for (std::string name; std::getline(names, name, ',');) options.labels.push_back(name);
+                   });
+  arguments.option("--no-data", "X", "number that stands for a missing one in columns of scalars, besides NaN", "",
+                   "none", [&options](const std::string& text) { options.no_data = parse_double(text); });
 }
 
 void bind_hem(Arguments& arguments, ReconstructOptions& options) {

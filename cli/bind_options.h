@@ -5,6 +5,7 @@
 #include <string>
 
 #include "arguments.h"
+#include "inputs.h"
 
 namespace gpsrecon::cli {
 
@@ -12,6 +13,8 @@ namespace gpsrecon::cli {
 // the defaults and check the ranges.
 
 void bind_scale(Arguments& arguments, ScaleOptions& options);
+/// What the columns of the points mean.
+void bind_attributes(Arguments& arguments, AttributeOptions& options);
 /// Kernel width and reduction.
 void bind_hem(Arguments& arguments, ReconstructOptions& options);
 void bind_triangulate(Arguments& arguments, ReconstructOptions& options);

@@ -51,7 +51,8 @@ void dump_levels_and_fronts(const std::string& folder, ReconstructOptions& optio
   };
 }
 
-Reconstruction reconstruct_file(const std::string& path, const ReconstructOptions& options, const Console& console) {
+Reconstruction reconstruct_file(const std::string& path, const AttributeOptions& attributes,
+                                const ReconstructOptions& options, const Console& console) {
   const RunContext context = console.context();
   StageTimer timer;
   timer.start("read");
@@ -76,13 +77,14 @@ Reconstruction reconstruct_file(const std::string& path, const ReconstructOption
     case FileKind::mesh:
       break;
   }
-  return work_on(load_points(path, console));
+  return work_on(load_points(path, console, attributes));
 }
 
 }  // namespace
 
 ExitCode run_chain(Arguments& arguments) {
   ChainFiles files;
+  AttributeOptions attributes;
   ReconstructOptions options;
   PlyEncoding encoding = PlyEncoding::binary;
   arguments.positional("IN", files.in,
@@ -90,6 +92,7 @@ ExitCode run_chain(Arguments& arguments) {
                        "enters the chain at its stage (- is standard input)");
   arguments.positional("OUT", files.out, "mesh (ply, obj, off, stl; - is standard output)");
   bind_scale(arguments, options.scale);
+  bind_attributes(arguments, attributes);
   bind_hem(arguments, options);
   bind_triangulate(arguments, options);
   bind_fit(arguments, options.fit);
@@ -117,10 +120,11 @@ ExitCode run_chain(Arguments& arguments) {
   dump_levels_and_fronts(files.dump, options, outputs, encoding);
 
   StageTimer timer;
-  Reconstruction result = reconstruct_file(files.in, options, console);
+  Reconstruction result = reconstruct_file(files.in, attributes, options, console);
   ErrorReport& report = result.report;
   report.version = GPSRECON_VERSION;
   report.options = arguments.values();
+  warn_of_losses(result.mesh, files.out, console);
   report.warnings = console.warnings();
   if (report.input) report.input->file = file_report(files.in);
 

@@ -36,8 +36,12 @@ void describe_positions(const std::vector<Vec3>& positions, const Frame& frame, 
   info["diagonal"] = (high - low).norm();
 }
 
-void describe_scalars(const std::vector<ScalarColumn>& scalars, Json& attributes) {
-  for (const ScalarColumn& column : scalars) attributes.push_back(column.name);
+/// Names all columns among the attributes, and those that hold labels once more.
+void describe_scalars(const std::vector<ScalarColumn>& scalars, Json& info) {
+  for (const ScalarColumn& column : scalars) {
+    info["attributes"].push_back(column.name);
+    if (column.kind == ScalarKind::label) info["labels"].push_back(column.name);
+  }
 }
 
 void describe(const PointCloud& cloud, Json& info) {
@@ -48,7 +52,7 @@ void describe(const PointCloud& cloud, Json& info) {
   if (!cloud.colors.empty()) attributes.push_back("colors");
   if (!cloud.weights.empty()) attributes.push_back("weights");
   if (!cloud.sensors.empty()) attributes.push_back("sensors");
-  describe_scalars(cloud.scalars, attributes);
+  describe_scalars(cloud.scalars, info);
 }
 
 void describe(const Mixture& mixture, Json& info) {
@@ -59,6 +63,8 @@ void describe(const Mixture& mixture, Json& info) {
   describe_positions(mixture.means, mixture.frame, info);
   info["attributes"] = Json::array();
   if (!mixture.normals.empty()) info["attributes"].push_back("normals");
+  if (!mixture.colors.empty()) info["attributes"].push_back("colors");
+  describe_scalars(mixture.scalars, info);
   const double scale = mixture.frame.scale();
   if (mixture.sigma0 > 0) info["sigma0"] = scale * mixture.sigma0;
   if (mixture.spacing > 0) info["spacing"] = scale * mixture.spacing;
@@ -93,7 +99,7 @@ void describe(const Mesh& mesh, Json& info) {
   if (!mesh.normals.empty()) attributes.push_back("normals");
   if (!mesh.colors.empty()) attributes.push_back("colors");
   if (!mesh.sigma.empty()) attributes.push_back("sigma");
-  describe_scalars(mesh.scalars, attributes);
+  describe_scalars(mesh.scalars, info);
   describe_topology(mesh.faces, mesh.positions.size(), info);
 }
 

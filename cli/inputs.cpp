@@ -28,9 +28,10 @@ FileKind kind_of(const std::string& path) {
   return probe_file(path);
 }
 
-PointCloud load_points(const std::string& path, const Console& console) {
+PointCloud load_points(const std::string& path, const Console& console, const AttributeOptions& attributes) {
   const EndAtOnceOnSignal nothing_written_yet;
-  switch (probe_file(path)) {
+  const FileKind kind = probe_file(path);
+  switch (kind) {
     case FileKind::points:
       break;
     case FileKind::mesh:
@@ -43,7 +44,12 @@ PointCloud load_points(const std::string& path, const Console& console) {
       console.warn(path + ": is a covariance mesh; its means are taken as points");
       break;
   }
-  return read_points(path);
+  PointCloud points = read_points(path);
+  // The numbers of a Gaussian say nothing about a point.
+  if (kind == FileKind::mixture || kind == FileKind::covmesh) points.scalars.clear();
+  if (attributes.no_data) mark_missing(points.scalars, *attributes.no_data);
+  mark_labels(points.scalars, attributes.labels);
+  return points;
 }
 
 Mixture load_mixture(const std::string& path) {

@@ -5,7 +5,9 @@
 #include <gpsrecon/core/point_cloud.h>
 #include <gpsrecon/io/io.h>
 #include <gpsrecon/metrics/report.h>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "console.h"
 
@@ -17,8 +19,14 @@ namespace gpsrecon::cli {
 /// What the file holds.
 FileKind kind_of(const std::string& path);
 
+/// What the files do not say about the columns of points.
+struct AttributeOptions {
+  std::vector<std::string> labels;  ///< columns that are labels, besides those whose names tell
+  std::optional<double> no_data;    ///< the number that stands for a missing one
+};
+
 /// Points, or with a warning the vertices of a mesh and the means of a mixture.
-PointCloud load_points(const std::string& path, const Console& console);
+PointCloud load_points(const std::string& path, const Console& console, const AttributeOptions& attributes = {});
 Mixture load_mixture(const std::string& path);
 CovMesh load_covmesh(const std::string& path);
 Mesh load_mesh(const std::string& path);

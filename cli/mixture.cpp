@@ -10,12 +10,14 @@ namespace gpsrecon::cli {
 
 ExitCode run_mixture(Arguments& arguments) {
   std::string in, out, ellipsoids;
+  AttributeOptions attributes;
   ReconstructOptions options;
   EllipsoidOptions ellipsoid_options;
   PlyEncoding encoding = PlyEncoding::binary;
   arguments.positional("IN", in, "points (ply, xyz, pcd; - is standard input)");
   arguments.positional("OUT", out, "mixture (ply; - is standard output)");
   bind_scale(arguments, options.scale);
+  bind_attributes(arguments, attributes);
   bind_hem(arguments, options);
   arguments.group("Output", false);
   arguments.option("--ellipsoids", "FILE", ellipsoids,
@@ -30,7 +32,7 @@ ExitCode run_mixture(Arguments& arguments) {
   outputs.plan(ellipsoids, true);
   const Console console(globals);
 
-  const PointCloud points = load_points(in, console);
+  const PointCloud points = load_points(in, console, attributes);
   const RunContext context = console.context();
   ErrorReport report;
   const Mixture mixture =

@@ -5,6 +5,7 @@
 #include <gpsrecon/io/io.h>
 #include <gpsrecon/io/output_file.h>
 #include <algorithm>
+#include <cctype>
 #include <filesystem>
 
 namespace gpsrecon::cli {
@@ -98,6 +99,16 @@ void Outputs::commit(const RunContext& context) {
   }
   staged_.clear();
   created_folder_.clear();
+}
+
+void warn_of_losses(const Mesh& mesh, const std::string& path, const Console& console) {
+  std::string extension = fs::path(path).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return std::tolower(c); });
+  if (path == "-" || extension == ".ply") return;
+  std::string lost = extension == ".stl" && !mesh.colors.empty() ? " colours" : "";
+  for (const ScalarColumn& column : mesh.scalars) lost += " " + column.name;
+  if (!lost.empty()) console.warn(path + ": the format has no place for" + lost + "; that of .ply has");
 }
 
 void write_text(const std::string& text, const std::string& path) {

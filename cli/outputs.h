@@ -1,11 +1,13 @@
 #pragma once
 
+#include <gpsrecon/core/mesh.h>
 #include <gpsrecon/core/run_context.h>
 #include <functional>
 #include <string>
 #include <vector>
 
 #include "arguments.h"
+#include "console.h"
 
 namespace gpsrecon::cli {
 
@@ -51,6 +53,9 @@ class Outputs {
   std::vector<Direct> direct_;
   std::string created_folder_;
 };
+
+/// Warns if the format of `path` has no place for colours or scalars that the mesh has.
+void warn_of_losses(const Mesh& mesh, const std::string& path, const Console& console);
 
 /// Writes a text file, or to standard output. Throws OutputError.
 void write_text(const std::string& text, const std::string& path);

@@ -26,6 +26,7 @@ ExitCode run_subdivide(Arguments& arguments) {
   ErrorReport report;
   const Mesh mesh = subdivide_stage(covmesh, options, context, report);
 
+  warn_of_losses(mesh, out, console);
   outputs.stage(out, [&](const std::string& path) { write_mesh(mesh, path, encoding); });
   outputs.commit(context);
   return ExitCode::done;

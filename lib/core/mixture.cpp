@@ -8,6 +8,18 @@ namespace {
   throw InvariantError("mixture: component " + std::to_string(s) + " " + what);
 }
 
+/// Calls act(from's, to's) for every array of one entry per component. The scalars must have been given their columns.
+template <class Act>
+void for_each_attribute(const Mixture& from, Mixture& to, const Act& act) {
+  act(from.means, to.means);
+  act(from.covariances, to.covariances);
+  act(from.weights, to.weights);
+  act(from.normals, to.normals);
+  act(from.normal_variances, to.normal_variances);
+  act(from.colors, to.colors);
+  for (std::size_t c = 0; c < from.scalars.size(); ++c) act(from.scalars[c].values, to.scalars[c].values);
+}
+
 }  // namespace
 
 void validate(const Mixture& mixture) {
@@ -17,6 +29,11 @@ void validate(const Mixture& mixture) {
   if ((!mixture.normals.empty() && mixture.normals.size() != n) ||
       mixture.normal_variances.size() != mixture.normals.size())
     throw InvariantError("mixture: normals and normal variances must be absent or one per component");
+  if (!mixture.colors.empty() && mixture.colors.size() != n)
+    throw InvariantError("mixture: colors must be absent or one per component");
+  for (const ScalarColumn& column : mixture.scalars)
+    if (column.values.size() != n)
+      throw InvariantError("mixture: scalar '" + column.name + "' must have one value per component");
   for (std::size_t s = 0; s < n; ++s) {
     if (!mixture.means[s].allFinite()) fail(s, "has a mean that is not finite");
     if (!mixture.covariances[s].all_finite()) fail(s, "has a covariance that is not finite");
@@ -36,17 +53,23 @@ Mixture select(const Mixture& mixture, const std::vector<Index>& keep) {
   kept.sigma0 = mixture.sigma0;
   kept.spacing = mixture.spacing;
   kept.frame = mixture.frame;
-  const auto gather = [&keep](const auto& from, auto& to) {
+  for (const ScalarColumn& column : mixture.scalars) kept.scalars.push_back({column.name, {}, column.kind});
+  for_each_attribute(mixture, kept, [&keep](const auto& from, auto& to) {
     if (from.empty()) return;
     to.reserve(keep.size());
     for (const Index i : keep) to.push_back(from[i]);
-  };
-  gather(mixture.means, kept.means);
-  gather(mixture.covariances, kept.covariances);
-  gather(mixture.weights, kept.weights);
-  gather(mixture.normals, kept.normals);
-  gather(mixture.normal_variances, kept.normal_variances);
+  });
   return kept;
+}
+
+Index append_copy(Mixture& mixture, Index s) {
+  const auto copy = static_cast<Index>(mixture.size());
+  for_each_attribute(mixture, mixture, [s](const auto& from, auto& to) {
+    if (from.empty()) return;
+    const auto value = from[s];  // push_back may move what it refers to
+    to.push_back(value);
+  });
+  return copy;
 }
 
 }  // namespace gpsrecon

@@ -22,6 +22,8 @@ struct Mixture {
   std::vector<double> weights;
   std::vector<Vec3> normals;             ///< empty, or unit mean normal axes (sign arbitrary)
   std::vector<double> normal_variances;  ///< empty, or as long as `normals`; >= 0
+  std::vector<Color> colors;             ///< empty, or the mean colour of the points each component stands for
+  std::vector<ScalarColumn> scalars;     ///< likewise for scalars: their mean, or the label most of the weight has
   double sigma0 = 0;   ///< standard deviation of the kernel every point was given, in local units; 0 if unknown
   double spacing = 0;  ///< side A of the area per point of the cloud, in local units; 0 if unknown
   Frame frame;         ///< the frame of means, covariances, sigma0 and spacing
@@ -40,5 +42,8 @@ void validate(const Mixture& mixture);
 
 /// The components `keep` in the given order, with all their attributes.
 Mixture select(const Mixture& mixture, const std::vector<Index>& keep);
+
+/// Appends a copy of component s with all its attributes; returns its index.
+Index append_copy(Mixture& mixture, Index s);
 
 }  // namespace gpsrecon

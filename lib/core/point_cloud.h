@@ -11,11 +11,32 @@ namespace gpsrecon {
 
 using Color = std::array<std::uint8_t, 3>;  ///< red, green, blue, 0..255
 
-/// A named column of one number per point or vertex (intensity, classification, ...).
+/// How the numbers of several points become one.
+enum class ScalarKind {
+  quantity,  ///< intensity, temperature, ...: by their average
+  label,     ///< classification, segment, ...: by majority; numbers that are not among those given never arise
+};
+
+/// A named column of one number per point or vertex. Numbers for which is_missing() count for nothing.
 struct ScalarColumn {
   std::string name;
   std::vector<double> values;
+  ScalarKind kind = ScalarKind::quantity;
 };
+
+/// True for what stands for "not measured": NaN, infinities, and numbers of the size of the largest float, which some
+/// programs write in their place.
+bool is_missing(double value);
+
+/// True if all numbers of the column, missing ones aside, are whole, as those of labels are.
+bool is_whole(const ScalarColumn& column);
+
+/// Makes the columns named in `labels` (without regard to case) labels. Throws OptionError, naming it, if there is no
+/// such column or it holds a number that is not whole.
+void mark_labels(std::vector<ScalarColumn>& columns, const std::vector<std::string>& labels);
+
+/// Replaces `no_data` (compared as float, for columns that were stored as such) by NaN in all columns.
+void mark_missing(std::vector<ScalarColumn>& columns, double no_data);
 
 /// Points with optional attributes. Every attribute is either empty or as long as `positions`.
 struct PointCloud {

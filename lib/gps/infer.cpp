@@ -118,6 +118,8 @@ Inference infer_covariances(const Mesh& mesh, const InferOptions& options, const
   result.vertices_without_neighborhood = fill_missing(vertices.covariances);
   vertices.means = mesh.positions;
   vertices.weights.assign(mesh.positions.size(), 1);
+  vertices.colors = mesh.colors;
+  vertices.scalars = mesh.scalars;
   vertices.frame = mesh.frame;
   result.mesh.faces = mesh.faces;
   validate(result.mesh);

@@ -32,8 +32,9 @@ struct SubdivideOptions {
 /// Gaussian-product Loop subdivision of a triangular covariance mesh: linear refinement of the dual points
 /// q = (vech Σ⁻¹, Σ⁻¹μ) in R⁹, mapped back by μ = [q̂]⁻¹ q̄ (Preiner et al. 2019, section 4, Eq. 11-13).
 /// The result has positions, unit normals (appendix B) and `sigma` = sqrt(max(0, nᵀΣn - σ0²)) per vertex, in the frame
-/// of the input. Level L has 4^L times the faces. O(size of the result).
-/// Throws OptionError; InvariantError if the mesh is not a valid covariance mesh or not triangular.
+/// of the input, and the colours and scalars of the control vertices: averages by weights of the limit position times
+/// precision within the surface; labels by the largest sum of these. Level L has 4^L times the faces. O(size of the
+/// result). Throws OptionError; InvariantError if the mesh is not a valid covariance mesh or not triangular.
 Mesh subdivide(const CovMesh& mesh, const SubdivideOptions& options = {}, const RunContext& context = {});
 
 /// The smallest level <= max_level at which the mean edge is no longer than `target_edge`. Throws nothing.

@@ -2,12 +2,14 @@
 #include <gpsrecon/core/neighbors.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/core/random.h>
+#include <gpsrecon/hem/attributes.h>
 #include <gpsrecon/hem/hem.h>
 #include <gpsrecon/hem/initial_mixture.h>
 #include <gpsrecon/hem/scale.h>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <string>
 
 namespace gpsrecon {
@@ -187,6 +189,23 @@ Mixture next_level(const Mixture& level, const Candidates& c, const RunContext& 
   return next;
 }
 
+/// Follows every point to the component of the next level that takes the largest share of the one it belongs to.
+void follow_points(std::vector<Index>& component_of, const Candidates& c, std::size_t n) {
+  std::vector<Index> heir(n);
+  Index slot = 0;
+  for (std::size_t i = 0; i < n; ++i)
+    if (c.is_parent[i] || !c.listed[i]) heir[i] = slot++;
+  std::vector<double> largest(n, 0.0);
+  for (std::size_t p = 0; p < c.parents.size(); ++p)
+    for (std::size_t e = c.offset[p]; e < c.offset[p + 1]; ++e) {
+      const Index i = c.child[e];
+      if (c.log_likelihood[e] <= largest[i]) continue;
+      largest[i] = c.log_likelihood[e];
+      heir[i] = heir[c.parents[p]];
+    }
+  for (Index& component : component_of) component = heir[component];
+}
+
 /// Candidates whose next level has `target` components within 2 %, by bisection of the parent probability: more
 /// parents, more components. The draws are nested, as the random numbers do not depend on the probability.
 Candidates adapt_probability(const Mixture& level, Candidates at_or_below, std::size_t target,
@@ -234,6 +253,11 @@ Mixture build_mixture(const PointCloud& cloud, const HemOptions& given, const Ru
   if (!(options.sigma0 > 0)) throw NoSurfaceError("the points coincide: their spacing is zero");
 
   Mixture level = initial_mixture(cloud, options, context);
+  std::vector<Index> component_of;  // per point, if it is needed
+  if (has_attributes(cloud)) {
+    component_of.resize(cloud.size());
+    std::iota(component_of.begin(), component_of.end(), Index{0});
+  }
   if (options.on_level) options.on_level(0, level);
   const auto start = static_cast<double>(level.size());
   for (int number = 1; options.max_levels == 0 || number <= options.max_levels; ++number) {
@@ -246,11 +270,13 @@ Mixture build_mixture(const PointCloud& cloud, const HemOptions& given, const Ru
     const double removed = 1 - static_cast<double>(c.next_size()) / static_cast<double>(n);
     if (!last && (c.next_size() == n || removed < options.min_reduction)) break;
     responsibilities(c, n);
+    if (!component_of.empty()) follow_points(component_of, c, n);
     level = next_level(level, c, context);
     context.progress("mixture", 1 - std::log(static_cast<double>(level.size())) / std::log(start + 1));
     if (options.on_level) options.on_level(number, level);
     if (last) break;
   }
+  if (!component_of.empty()) carry_attributes(cloud, component_of, level, context);
   return level;
 }
 

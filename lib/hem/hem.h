@@ -51,8 +51,10 @@ struct HemOptions {
 /// Regularised hierarchical expectation maximisation: reduces the points (one Gaussian each) level by level to a
 /// mixture of anisotropic Gaussians. Preiner et al. 2014, sections 5 and 9.2, Algorithm 1; Preiner et al. 2019,
 /// appendix A. The total weight is conserved to 1e-12, the mean and covariance of the whole too while the eigenvalue
-/// floor (1e-6 λmax) is inactive. Independent of the thread count to the last bit, and of units.
-/// O(n log n). Throws OptionError, NoSurfaceError for an empty cloud, Cancelled.
+/// floor (1e-6 λmax) is inactive. Colours and scalars of the points are carried: each component has the mean, or for
+/// labels the majority, of the points that followed the largest responsibility into it, level by level. Independent of
+/// the thread count to the last bit, and of units. O(n log n). Throws OptionError, NoSurfaceError for an empty cloud,
+/// Cancelled.
 Mixture build_mixture(const PointCloud& cloud, const HemOptions& options = {}, const RunContext& context = {});
 
 }  // namespace gpsrecon

@@ -1,6 +1,7 @@
 #include "columns.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 
 #include "text.h"
@@ -28,6 +29,16 @@ std::optional<ColumnRoles::Triple> find_first(const std::vector<std::string>& na
   return {};
 }
 
+bool names_label(std::string name) {
+  std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
+  if (name.starts_with("scalar_")) name.erase(0, 7);
+  for (const std::string_view ending : {"id", "_", "s"})
+    if (name.ends_with(ending) && name != "class") name.erase(name.size() - ending.size());
+  constexpr std::string_view known[] = {"class",    "classification", "label",    "segment", "cluster", "category",
+                                        "instance", "object",         "material", "region",  "part"};
+  return std::find(std::begin(known), std::end(known), name) != std::end(known);
+}
+
 }  // namespace
 
 ColumnRoles column_roles(const std::vector<std::string>& names) {
@@ -46,6 +57,19 @@ ColumnRoles column_roles(const std::vector<std::string>& names) {
   return roles;
 }
 
+std::string property_name(const std::string& wanted, const std::vector<std::string>& taken) {
+  std::string name = wanted.empty() ? "scalar" : wanted;
+  for (char& c : name)
+    if (static_cast<unsigned char>(c) <= ' ' || c == '\x7f') c = '_';
+  while (std::find(taken.begin(), taken.end(), name) != taken.end()) name += '_';
+  return name;
+}
+
+void recognize_labels(std::vector<ScalarColumn>& columns) {
+  for (ScalarColumn& column : columns)
+    if (names_label(column.name) && is_whole(column)) column.kind = ScalarKind::label;
+}
+
 PointCloud cloud_of_table(Table table, const ColumnRoles& roles) {
   const auto take = [&table](const ColumnRoles::Triple& triple) {
     return std::array{std::move(table.columns[triple[0]]), std::move(table.columns[triple[1]]),
@@ -58,6 +82,7 @@ PointCloud cloud_of_table(Table table, const ColumnRoles& roles) {
   if (roles.sensor) cloud.sensors = to_vectors(take(*roles.sensor));
   for (const std::size_t column : roles.others)
     cloud.scalars.push_back({std::move(table.names[column]), std::move(table.columns[column])});
+  recognize_labels(cloud.scalars);
   return cloud;
 }
 

@@ -21,6 +21,14 @@ struct ColumnRoles {
 };
 ColumnRoles column_roles(const std::vector<std::string>& names);
 
+/// A name that a PLY header can hold and that is not among `taken`.
+std::string property_name(const std::string& wanted, const std::vector<std::string>& taken);
+
+/// Makes those columns labels whose name says so, as long as their numbers are whole: class, classification, label,
+/// segment, cluster, category, instance, object, material, region, part; in the plural too, after "scalar_" and before
+/// "id" or "_id", without regard to case.
+void recognize_labels(std::vector<ScalarColumn>& columns);
+
 /// Numbers of one type by columns, as text files and PCD hold them.
 struct Table {
   std::vector<std::string> names;

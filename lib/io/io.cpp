@@ -13,6 +13,7 @@
 #include <cstring>
 #include <filesystem>
 
+#include "columns.h"
 #include "formats.h"
 #include "mixture_rows.h"
 #include "output_file.h"
@@ -227,7 +228,12 @@ void write_mesh(const Mesh& mesh, const std::string& path, PlyEncoding encoding)
 Mixture as_stored(const Mixture& mixture) {
   const double world_sigma0 = std::ldexp(mixture.sigma0, mixture.frame.exponent);
   const double world_spacing = std::ldexp(mixture.spacing, mixture.frame.exponent);
-  return io::from_rows(io::to_rows(mixture), mixture.frame, world_sigma0, world_spacing);
+  Mixture stored = io::from_rows(io::to_rows(mixture), mixture.frame, world_sigma0, world_spacing);
+  stored.colors = mixture.colors;
+  stored.scalars = mixture.scalars;
+  std::vector<std::string> taken = io::gaussian_property_names(mixture);
+  for (ScalarColumn& column : stored.scalars) taken.push_back(column.name = io::property_name(column.name, taken));
+  return stored;
 }
 
 void check_writable(const std::string& path, bool mesh_format) {

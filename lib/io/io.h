@@ -52,7 +52,8 @@ void write_mixture(const Mixture& mixture, const std::string& path, PlyEncoding 
 void write_covmesh(const CovMesh& mesh, const std::string& path, PlyEncoding encoding = PlyEncoding::binary);
 
 /// PLY, OFF, OBJ or STL by extension. Positions in PLY are `float`, or `double` where rounding to float would move a
-/// vertex by more than 1e-6 of the bounding-box diagonal. OFF, OBJ and STL hold positions and faces (OBJ: normals too).
+/// vertex by more than 1e-6 of the bounding-box diagonal; labels are `int`, other scalars `float` or `double` likewise.
+/// OFF, OBJ and STL hold positions and faces, OFF and OBJ colours and OBJ normals too; other attributes are left out.
 void write_mesh(const Mesh& mesh, const std::string& path, PlyEncoding encoding = PlyEncoding::binary);
 
 /// What read_mixture() returns for a file of `mixture`, without the file. Stages that hand mixtures over in memory pass

@@ -15,6 +15,13 @@ bool has_normals(const MixtureRows& rows) {
 
 }  // namespace
 
+std::vector<std::string> gaussian_property_names(const Mixture& mixture) {
+  const std::size_t count = mixture.normals.empty() ? row_size_without_normals : row_size_with_normals;
+  std::vector<std::string> names(mixture_columns, mixture_columns + count);
+  if (!mixture.colors.empty()) names.insert(names.end(), {"red", "green", "blue"});
+  return names;
+}
+
 MixtureRows to_rows(const Mixture& mixture) {
   const bool with_normals = !mixture.normals.empty();
   MixtureRows rows{with_normals ? row_size_with_normals : row_size_without_normals, {}};

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <gpsrecon/core/mixture.h>
+#include <string>
 #include <vector>
 
 // Internal to lib/io: the rows in which files hold a mixture, in world coordinates:
@@ -19,6 +20,9 @@ struct MixtureRows {
 
   std::size_t size() const { return values.size() / row_size; }
 };
+
+/// The names of all columns but the scalars.
+std::vector<std::string> gaussian_property_names(const Mixture& mixture);
 
 MixtureRows to_rows(const Mixture& mixture);
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "columns.h"
 #include "formats.h"
@@ -155,9 +156,12 @@ Mesh read_obj(const InputFile& file) {
 
 void write_obj(const Mesh& mesh, const std::string& path) {
   TextWriter out(path);
-  for (const Vec3& p : mesh.positions) {
-    const Vec3 world = mesh.frame.to_world(p);
-    out.text("v ").number(world.x()).number(world.y()).number(world.z(), '\n');
+  for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+    const Vec3 world = mesh.frame.to_world(mesh.positions[i]);
+    out.text("v ").number(world.x()).number(world.y()).number(world.z(), mesh.colors.empty() ? '\n' : ' ');
+    // Four decimals tell 256 levels apart.
+    for (std::size_t channel = 0; channel < 3 && !mesh.colors.empty(); ++channel)
+      out.number(std::round(mesh.colors[i][channel] / 255.0 * 1e4) / 1e4, channel < 2 ? ' ' : '\n');
   }
   for (const Vec3& n : mesh.normals) out.text("vn ").number(n.x()).number(n.y()).number(n.z(), '\n');
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {

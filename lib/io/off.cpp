@@ -138,10 +138,16 @@ Mesh read_off(const InputFile& file) {
 
 void write_off(const Mesh& mesh, const std::string& path) {
   TextWriter out(path);
-  out.text("OFF\n").number(mesh.positions.size()).number(mesh.faces.size()).text("0\n");
-  for (const Vec3& p : mesh.positions) {
-    const Vec3 world = mesh.frame.to_world(p);
-    out.number(world.x()).number(world.y()).number(world.z(), '\n');
+  out.text(mesh.colors.empty() ? "OFF\n" : "COFF\n")
+      .number(mesh.positions.size())
+      .number(mesh.faces.size())
+      .text("0\n");
+  for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+    const Vec3 world = mesh.frame.to_world(mesh.positions[i]);
+    out.number(world.x()).number(world.y()).number(world.z(), mesh.colors.empty() ? '\n' : ' ');
+    if (mesh.colors.empty()) continue;
+    for (const std::uint8_t channel : mesh.colors[i]) out.number(channel);
+    out.text("255\n");
   }
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
     const std::span<const Index> face = mesh.faces[f];

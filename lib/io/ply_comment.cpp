@@ -14,6 +14,12 @@ std::string exact(double value) {
   return {buffer, std::to_chars(buffer, buffer + sizeof(buffer), value).ptr};
 }
 
+/// True if the comment is one of this program about `subject`; the fields after that word are still to be read.
+bool is_about(FieldReader& fields, std::string_view subject) {
+  std::string_view word;
+  return fields.next(word) && word == "gpsrecon" && fields.next(word) && fields.next(word) && word == subject;
+}
+
 }  // namespace
 
 std::string version_comment() {
@@ -27,12 +33,27 @@ std::string frame_comment(const FrameComment& comment) {
          exact(comment.spacing);
 }
 
+std::string label_comment(const std::vector<std::string>& columns) {
+  std::string comment = version_comment() + " labels";
+  for (const std::string& column : columns) comment += " " + column;
+  return comment;
+}
+
+std::vector<std::string> find_label_comment(const PlyHeader& header) {
+  std::vector<std::string> columns;
+  for (const std::string& comment : header.comments) {
+    FieldReader fields(comment);
+    if (!is_about(fields, "labels")) continue;
+    for (std::string_view column; fields.next(column);) columns.emplace_back(column);
+  }
+  return columns;
+}
+
 FrameComment find_frame_comment(const InputFile& file, const PlyHeader& header) {
   for (const std::string& comment : header.comments) {
     FieldReader fields(comment);
+    if (!is_about(fields, "frame")) continue;
     std::string_view word;
-    if (!fields.next(word) || word != "gpsrecon" || !fields.next(word) || !fields.next(word) || word != "frame")
-      continue;
     FrameComment found;
     const auto number = [&fields](double& value) {
       std::string_view field;

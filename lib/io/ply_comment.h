@@ -7,7 +7,8 @@
 
 // Internal to lib/io: the comment by which files of this program carry what has no column,
 // "gpsrecon <version> frame <ox> <oy> <oz> <exponent> sigma0 <s> spacing <a>", sigma0 and spacing in world units, 0 if
-// unknown. Comments without the last two words are read too.
+// unknown. Comments without the last two words are read too. A second comment, "gpsrecon <version> labels <column>
+// ...", names the columns that hold labels.
 
 namespace gpsrecon::io {
 
@@ -22,6 +23,11 @@ std::string version_comment();
 
 /// The numbers are written so that they are read back bit for bit.
 std::string frame_comment(const FrameComment& comment);
+
+/// Precondition: there are columns.
+std::string label_comment(const std::vector<std::string>& columns);
+/// The columns that the comments of the header name as labels.
+std::vector<std::string> find_label_comment(const PlyHeader& header);
 
 /// The first comment of the header that carries a frame; the identity if there is none. Throws InputError if it is
 /// malformed.

@@ -37,23 +37,43 @@ void add_vector_sinks(PlyRequest& request, const ColumnRoles::Triple& triple, st
     request.sinks.push_back({.property = triple[axis], .stride = 3, .real = numbers + axis});
 }
 
-// Reads the attributes that points and the vertices of meshes share. A PointCloud serves for both.
+bool is_mixture_column(const std::string& name) {
+  return std::find(std::begin(mixture_columns), std::end(mixture_columns), name) != std::end(mixture_columns);
+}
+
+// What the properties mean; lists mean nothing.
+ColumnRoles roles_of(const PlyElement& element) {
+  ColumnRoles roles = column_roles(scalar_names(element));
+  std::erase_if(roles.others, [&element](std::size_t p) { return element.properties[p].is_list; });
+  return roles;
+}
+
+// Gaussians have, besides what makes them up, a colour and scalars, whatever the names of these.
+ColumnRoles attribute_roles(const PlyElement& element) {
+  ColumnRoles roles;
+  roles.color = column_roles(scalar_names(element)).color;
+  for (std::size_t p = 0; p < element.properties.size(); ++p) {
+    const PlyProperty& property = element.properties[p];
+    const bool is_color = roles.color && std::find(roles.color->begin(), roles.color->end(), p) != roles.color->end();
+    if (!property.is_list && !is_color && !is_mixture_column(property.name)) roles.others.push_back(p);
+  }
+  return roles;
+}
+
+// Reads the attributes that points, the vertices of meshes and Gaussians share. A PointCloud serves for all of them.
 struct VertexReader {
   PlyRequest request;
   PointCloud cloud;
   ColumnTriple wide_colors;  // colours of any type but bytes, until their range is known
 
-  VertexReader(const InputFile& file, const PlyElement& element) {
+  VertexReader(const PlyElement& element, const ColumnRoles& roles) {
     request.element = &element;
-    const ColumnRoles roles = column_roles(scalar_names(element));
-    if (!roles.position) file.fail("expected properties 'x', 'y', 'z' of element " + quote(element.name));
-    add_vector_sinks(request, *roles.position, cloud.positions);
+    if (roles.position) add_vector_sinks(request, *roles.position, cloud.positions);
     if (roles.normal) add_vector_sinks(request, *roles.normal, cloud.normals);
     if (roles.sensor) add_vector_sinks(request, *roles.sensor, cloud.sensors);
     if (roles.color) add_color_sinks(*roles.color);
     cloud.scalars.reserve(roles.others.size());
     for (const std::size_t p : roles.others) {
-      if (element.properties[p].is_list) continue;
       ScalarColumn& column = cloud.scalars.emplace_back();
       column.name = element.properties[p].name;
       column.values.resize(element.count);
@@ -81,9 +101,17 @@ struct VertexReader {
 
   PointCloud finish() {
     if (!wide_colors[0].empty()) cloud.colors = to_colors(wide_colors);
+    recognize_labels(cloud.scalars);
     return std::move(cloud);
   }
 };
+
+VertexReader vertex_reader(const InputFile& file, const PlyHeader& header) {
+  const PlyElement& element = vertices_of(file, header);
+  const ColumnRoles roles = roles_of(element);
+  if (!roles.position) file.fail("expected properties 'x', 'y', 'z' of element " + quote(element.name));
+  return {element, roles};
+}
 
 std::string index_problem(std::span<const std::int64_t> corners, std::uint64_t vertex_count) {
   for (const std::int64_t corner : corners)
@@ -166,7 +194,8 @@ Mixture read_gaussians(const InputFile& file, FaceList* faces) {
 
   MixtureRows rows{with_normals ? row_size_with_normals : row_size_without_normals, {}};
   rows.values.resize(rows.row_size * element.count);
-  std::vector<PlyRequest> requests{{.element = &element}};
+  VertexReader reader(element, attribute_roles(element));
+  std::vector<PlyRequest> requests{reader.request};
   for (std::size_t column = 0; column < rows.row_size && element.count > 0; ++column) {
     if (const std::size_t p = property(mixture_columns[column]); p < names.size())
       requests.front().sinks.push_back({.property = p, .stride = rows.row_size, .real = rows.values.data() + column});
@@ -176,7 +205,15 @@ Mixture read_gaussians(const InputFile& file, FaceList* faces) {
   if (faces != nullptr) add_face_requests(header, element.count, *faces, requests);
   read_ply_body(file, header, requests);
   const FrameComment comment = find_frame_comment(file, header);
-  return from_rows(rows, comment.frame, comment.sigma0, comment.spacing);
+  Mixture mixture = from_rows(rows, comment.frame, comment.sigma0, comment.spacing);
+  PointCloud read = reader.finish();
+  mixture.colors = std::move(read.colors);
+  mixture.scalars = std::move(read.scalars);
+  const std::vector<std::string> labels = find_label_comment(header);
+  for (ScalarColumn& column : mixture.scalars)
+    column.kind =
+        std::find(labels.begin(), labels.end(), column.name) != labels.end() ? ScalarKind::label : ScalarKind::quantity;
+  return mixture;
 }
 
 // What is read from outside must meet the invariants that all stages rely on.
@@ -204,14 +241,14 @@ FileKind probe_ply(const InputFile& file) {
 
 PointCloud read_ply_points(const InputFile& file) {
   const PlyHeader header = read_ply_header(file);
-  VertexReader reader(file, vertices_of(file, header));
+  VertexReader reader = vertex_reader(file, header);
   read_ply_body(file, header, {reader.request});
   return reader.finish();
 }
 
 Mesh read_ply_mesh(const InputFile& file) {
   const PlyHeader header = read_ply_header(file);
-  VertexReader reader(file, vertices_of(file, header));
+  VertexReader reader = vertex_reader(file, header);
   Mesh mesh;
   std::vector<PlyRequest> requests{reader.request};
   add_face_requests(header, reader.request.element->count, mesh.faces, requests);

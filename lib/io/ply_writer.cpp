@@ -6,7 +6,9 @@
 #include <charconv>
 #include <cmath>
 #include <cstring>
+#include <limits>
 
+#include "columns.h"
 #include "formats.h"
 #include "mixture_rows.h"
 #include "output_file.h"
@@ -60,11 +62,13 @@ class Buffer {
   std::string text_;
 };
 
-std::string header_of(PlyEncoding encoding, const std::string& comment, std::size_t vertices,
+std::string header_of(PlyEncoding encoding, const std::vector<std::string>& comments, std::size_t vertices,
                       const std::vector<Column>& columns, const FaceList* faces, PlyType length_type) {
   std::string header = "ply\nformat ";
   header += encoding == PlyEncoding::ascii ? "ascii" : "binary_little_endian";
-  header += " 1.0\ncomment " + comment + "\nelement vertex " + std::to_string(vertices) + "\n";
+  header += " 1.0\n";
+  for (const std::string& comment : comments) header += "comment " + comment + "\n";
+  header += "element vertex " + std::to_string(vertices) + "\n";
   for (const Column& column : columns)
     header += std::string("property ") + name_of(column.type) + " " + column.name + "\n";
   if (faces != nullptr)
@@ -88,6 +92,8 @@ void write_vertices(Buffer& buffer, PlyEncoding encoding, std::size_t count, con
         add(column.byte[i * column.stride]);
       else if (column.type == PlyType::float32)
         add(static_cast<float>(column.real[i * column.stride]));
+      else if (column.type == PlyType::int32)
+        add(static_cast<std::int32_t>(column.real[i * column.stride]));
       else
         add(column.real[i * column.stride]);
     }
@@ -118,11 +124,11 @@ PlyType length_type_of(const FaceList& faces) {
   return PlyType::uint8;
 }
 
-void write_file(const std::string& path, PlyEncoding encoding, const std::string& comment, std::size_t vertices,
-                const std::vector<Column>& columns, const FaceList* faces) {
+void write_file(const std::string& path, PlyEncoding encoding, const std::vector<std::string>& comments,
+                std::size_t vertices, const std::vector<Column>& columns, const FaceList* faces) {
   const PlyType length_type = faces != nullptr ? length_type_of(*faces) : PlyType::uint8;
   OutputFile file(path);
-  file.write(header_of(encoding, comment, vertices, columns, faces, length_type));
+  file.write(header_of(encoding, comments, vertices, columns, faces, length_type));
   Buffer buffer(file);
   write_vertices(buffer, encoding, vertices, columns);
   if (faces != nullptr) write_faces(buffer, encoding, *faces, length_type);
@@ -160,6 +166,23 @@ PlyType position_type(const std::vector<Vec3>& positions) {
   return PlyType::float32;
 }
 
+// int for labels that fit; else float where that moves no value by more than 1e-6 of their range
+PlyType scalar_type(const ScalarColumn& scalar) {
+  const auto is_int = [](double value) {
+    return std::trunc(value) == value && std::abs(value) <= std::numeric_limits<std::int32_t>::max();
+  };
+  if (scalar.kind == ScalarKind::label && std::all_of(scalar.values.begin(), scalar.values.end(), is_int))
+    return PlyType::int32;
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const double value : scalar.values)
+    if (!is_missing(value)) low = std::min(low, value), high = std::max(high, value);
+  const double tolerance = 1e-6 * (high - low);
+  const bool fits = std::all_of(scalar.values.begin(), scalar.values.end(), [tolerance](double value) {
+    return is_missing(value) || std::abs(static_cast<double>(static_cast<float>(value)) - value) <= tolerance;
+  });
+  return fits ? PlyType::float32 : PlyType::float64;
+}
+
 void add_vectors(std::vector<Column>& columns, const NameTriple& names, PlyType type, const std::vector<Vec3>& values) {
   for (std::size_t axis = 0; axis < 3; ++axis)
     columns.push_back({.name = names[axis],
@@ -175,16 +198,11 @@ void add_colors(std::vector<Column>& columns, const std::vector<Color>& colors) 
         {.name = names[channel], .type = PlyType::uint8, .stride = 3, .byte = colors.front().data() + channel});
 }
 
-// A name that the header can hold and that no other column has.
-std::string property_name(const std::string& wanted, const std::vector<Column>& columns) {
-  std::string name = wanted.empty() ? "scalar" : wanted;
-  for (char& c : name)
-    if (static_cast<unsigned char>(c) <= ' ' || c == '\x7f') c = '_';
-  const auto taken = [&columns](const std::string& candidate) {
-    return std::any_of(columns.begin(), columns.end(), [&](const Column& column) { return column.name == candidate; });
-  };
-  while (taken(name)) name += '_';
-  return name;
+// Adds a column under its name, or one like it that no other column has.
+void add_scalar(std::vector<Column>& columns, const ScalarColumn& scalar, PlyType type) {
+  std::vector<std::string> taken;
+  for (const Column& column : columns) taken.push_back(column.name);
+  columns.push_back({.name = property_name(scalar.name, taken), .type = type, .real = scalar.values.data()});
 }
 
 std::vector<Column> gaussian_columns(const MixtureRows& rows) {
@@ -201,8 +219,16 @@ void write_gaussians(const Mixture& mixture, const FaceList* faces, const std::s
   const MixtureRows rows = to_rows(mixture);
   const double world_sigma0 = std::ldexp(mixture.sigma0, mixture.frame.exponent);
   const double world_spacing = std::ldexp(mixture.spacing, mixture.frame.exponent);
-  write_file(path, encoding, frame_comment({mixture.frame, world_sigma0, world_spacing}), mixture.size(),
-             gaussian_columns(rows), faces);
+  std::vector<Column> columns = gaussian_columns(rows);
+  add_colors(columns, mixture.colors);
+  std::vector<std::string> labels;
+  for (const ScalarColumn& scalar : mixture.scalars) {
+    add_scalar(columns, scalar, PlyType::float64);
+    if (scalar.kind == ScalarKind::label) labels.push_back(columns.back().name);
+  }
+  std::vector<std::string> comments{frame_comment({mixture.frame, world_sigma0, world_spacing})};
+  if (!labels.empty()) comments.push_back(label_comment(labels));
+  write_file(path, encoding, comments, mixture.size(), columns, faces);
 }
 
 }  // namespace
@@ -215,11 +241,8 @@ void write_ply(const PointCloud& cloud, const std::string& path, PlyEncoding enc
   if (!cloud.normals.empty()) add_vectors(columns, {"nx", "ny", "nz"}, lossless_type(cloud.normals), cloud.normals);
   add_colors(columns, cloud.colors);
   if (!sensors.empty()) add_vectors(columns, {"sx", "sy", "sz"}, lossless_type(sensors), sensors);
-  for (const ScalarColumn& scalar : cloud.scalars)
-    columns.push_back({.name = property_name(scalar.name, columns),
-                       .type = lossless_type(scalar.values),
-                       .real = scalar.values.data()});
-  write_file(path, encoding, version_comment(), cloud.size(), columns, nullptr);
+  for (const ScalarColumn& scalar : cloud.scalars) add_scalar(columns, scalar, lossless_type(scalar.values));
+  write_file(path, encoding, {version_comment()}, cloud.size(), columns, nullptr);
 }
 
 void write_ply(const Mixture& mixture, const std::string& path, PlyEncoding encoding) {
@@ -240,10 +263,8 @@ void write_ply(const Mesh& mesh, const std::string& path, PlyEncoding encoding) 
   if (!mesh.normals.empty()) add_vectors(columns, {"nx", "ny", "nz"}, PlyType::float32, mesh.normals);
   add_colors(columns, mesh.colors);
   if (!sigma.empty()) columns.push_back({.name = "sigma", .type = type, .real = sigma.data()});
-  for (const ScalarColumn& scalar : mesh.scalars)
-    columns.push_back(
-        {.name = property_name(scalar.name, columns), .type = PlyType::float32, .real = scalar.values.data()});
-  write_file(path, encoding, version_comment(), positions.size(), columns, &mesh.faces);
+  for (const ScalarColumn& scalar : mesh.scalars) add_scalar(columns, scalar, scalar_type(scalar));
+  write_file(path, encoding, {version_comment()}, positions.size(), columns, &mesh.faces);
 }
 
 }  // namespace gpsrecon::io

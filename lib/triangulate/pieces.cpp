@@ -38,14 +38,7 @@ std::size_t split_vertices(Mixture& vertices, std::vector<Index>& component_of_v
     for (std::size_t f = 0; f < fans.size(); ++f) {
       Index copy = v;
       if (f > 0) {
-        copy = static_cast<Index>(vertices.size());
-        vertices.means.push_back(mean);
-        vertices.covariances.push_back(vertices.covariances[v]);
-        vertices.weights.push_back(weight);
-        if (!vertices.normals.empty()) {
-          vertices.normals.push_back(vertices.normals[v]);
-          vertices.normal_variances.push_back(vertices.normal_variances[v]);
-        }
+        copy = append_copy(vertices, v);
         component_of_vertex.push_back(component_of_vertex[v]);
         ++copies;
       }

@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <gpsrecon/io/io.h>
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "../support/json_schema.h"
@@ -227,6 +229,69 @@ const Sequence sequences[] = {
 
 INSTANTIATE_TEST_SUITE_P(Inputs, StagesInSequence, testing::ValuesIn(sequences),
                          [](const auto& instance) { return std::string(instance.param.name); });
+
+/// A noisy torus as text with a colour, an intensity with gaps, a classification and a number of zones.
+std::string colorful_torus() {
+  std::string text = "x y z red green blue intensity Classification zone\n";
+  char line[200];
+  for (const Vec3& p : noisy_torus(6000, 0.005)) {
+    const bool missing = std::abs(p.x() - 0.3) < 0.05;
+    std::snprintf(line, sizeof line, "%.17g %.17g %.17g %d %d 9 %s %d %d\n", p.x(), p.y(), p.z(),
+                  static_cast<int>(127 + 80 * p.x()), static_cast<int>(127 + 80 * p.y()),
+                  missing ? "-9999" : std::to_string(3 + p.z()).c_str(), p.x() < 0 ? 2 : 6, p.y() < 0 ? 100 : -100);
+    text += line;
+  }
+  return text;
+}
+
+TEST_F(ChainTest, colours_scalars_and_labels_through_all_stages) {
+  write_bytes(folder / "c.xyz", colorful_torus());
+  const Words columns{"--labels", "ZONE", "--no-data", "-9999"};
+  do_here(Words{"c.xyz", "chain.ply", "--levels", "2"} + columns);
+  do_here(Words{"mixture", "c.xyz", "m.ply"} + columns);
+  do_here({"triangulate", "m.ply", "t.ply"});
+  do_here({"fit", "t.ply", "c.xyz", "f.ply"});
+  do_here({"subdivide", "f.ply", "out.ply", "--levels", "2"});
+  EXPECT_TRUE(bytes("f.ply") == bytes("chain.covmesh.ply"));
+  EXPECT_TRUE(bytes("out.ply") == bytes("chain.ply"));
+  do_here(Words{"c.xyz", "text.ply", "--levels", "2", "--ascii", "--threads", "3"} + columns);
+  do_here({"text.covmesh.ply", "from_text.ply", "--levels", "2"});
+  EXPECT_TRUE(bytes("from_text.ply") == bytes("chain.ply"));
+
+  for (const char* const name : {"m.ply", "f.ply", "chain.ply"}) {
+    const json i = info(name);
+    for (const char* const attribute : {"colors", "intensity", "Classification", "zone"})
+      EXPECT_THAT(i.at("attributes"), testing::Contains(attribute)) << name;
+  }
+  EXPECT_EQ(info("m.ply").at("labels"), json({"Classification", "zone"}));
+  const PointCloud vertices = read_points(folder / "chain.ply");
+  const auto column = [&](const std::string& name) {
+    return std::find_if(vertices.scalars.begin(), vertices.scalars.end(),
+                        [&](const ScalarColumn& c) { return c.name == name; })
+        ->values;
+  };
+  EXPECT_THAT(column("Classification"), testing::Each(testing::AnyOf(2, 6)));
+  EXPECT_THAT(column("zone"), testing::Each(testing::AnyOf(100, -100)));
+  for (const double value : column("intensity")) EXPECT_NEAR(value, 3, 0.5);
+}
+
+TEST_F(ChainTest, labels_that_cannot_be) {
+  write_bytes(folder / "c.xyz", colorful_torus());
+  for (const char* const name : {"nowhere", "intensity"}) {
+    const ProcessResult result = run_here({"c.xyz", "out.ply", "--labels", name});
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_THAT(result.err, HasSubstr(name));
+  }
+  EXPECT_THAT(names_in(folder), ElementsAre("c.xyz", "in.ply"));
+}
+
+TEST_F(ChainTest, formats_without_scalars_are_warned_of) {
+  write_bytes(folder / "c.xyz", colorful_torus());
+  EXPECT_THAT(do_here({"c.xyz", "out.obj"}).err, AllOf(HasSubstr("no place for intensity"), Not(HasSubstr("colours"))));
+  EXPECT_THAT(do_here({"c.xyz", "out.stl"}).err, HasSubstr("no place for colours intensity"));
+  EXPECT_EQ(info("out.obj").at("attributes"), json({"normals", "colors"}));
+  EXPECT_THAT(do_here({"in.ply", "plain.stl"}).err, Not(HasSubstr("no place")));
+}
 
 TEST_F(ChainTest, same_bytes_for_any_number_of_threads) {
   write_bytes(folder / "in.ply", ply_of(noisy_torus(20000, 0.005)));

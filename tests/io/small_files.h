@@ -151,6 +151,12 @@ inline std::vector<std::pair<std::string, std::string>> small_files() {
     add("points" + suffix, [&](const std::string& path) { write_points(small_cloud(), path, encoding); });
     add("mixture" + suffix,
         [&](const std::string& path) { write_mixture(random_mixture(3, frame, true), path, encoding); });
+    add("mixture_colors" + suffix, [&](const std::string& path) {
+      Mixture mixture = random_mixture(3, frame, false);
+      mixture.colors.assign(3, {1, 2, 3});
+      mixture.scalars = {{"zone", {1, 2, 3}, ScalarKind::label}, {"intensity", {0.5, 1, 2}}};
+      write_mixture(mixture, path, encoding);
+    });
     add("covmesh" + suffix,
         [&](const std::string& path) { write_covmesh(octahedron_covmesh(frame, false), path, encoding); });
     add("mesh" + suffix, [&](const std::string& path) { write_mesh(octahedron_mesh(), path, encoding); });
