@@ -81,7 +81,10 @@ double held_out_median(const Assignment& assignment, const std::vector<char>& he
   return judges.offset.empty() ? 0 : median_offset(judges);
 }
 
-/// Halves the moves of faces that would turn by more than a right angle, and forbids them in the end. Returns how many
+/// Cosine of the largest angle by which a step may turn a face.
+constexpr double largest_turn = 0.5;
+
+/// Halves the moves of faces that would turn by more, and forbids them in the end. Returns how many
 /// faces that concerned.
 std::size_t restrain(const CovMesh& mesh, const std::vector<Vec3>& normals, std::vector<double>& moves,
                      const RunContext& context) {
@@ -94,7 +97,7 @@ std::size_t restrain(const CovMesh& mesh, const std::vector<Vec3>& normals, std:
       const auto moved = [&](Index v) -> Vec3 { return means[v] + moves[v] * normals[v]; };
       const Vec3 before = (means[t[1]] - means[t[0]]).cross(means[t[2]] - means[t[0]]);
       const Vec3 after = (moved(t[1]) - moved(t[0])).cross(moved(t[2]) - moved(t[0]));
-      turns[f] = before.dot(after) < 0 ? 1 : 0;
+      turns[f] = before.dot(after) < largest_turn * before.norm() * after.norm() ? 1 : 0;
     });
     bool any = false;
     std::vector<char> shorten(moves.size(), 0);

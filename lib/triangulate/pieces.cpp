@@ -56,7 +56,32 @@ std::size_t split_vertices(Mixture& vertices, std::vector<Index>& component_of_v
   return copies;
 }
 
-Specks drop_specks(const Mixture& vertices, FaceList& faces, double min_share) {
+namespace {
+
+/// How much heavier a bubble may be than a speck.
+constexpr double bubble_factor = 10;
+
+/// Per component: it is closed and overlaps a heavier one. `members` are pairs of component and vertex.
+std::vector<char> bubbles(const OverlapGraph& graph, const HalfEdges& he, const Components& components,
+                          const std::vector<std::pair<Index, Index>>& members, const std::vector<double>& weight) {
+  std::vector<char> bubble(components.count, 0);
+  if (graph.links.empty()) return bubble;
+  std::vector<Index> component_at(graph.offset.size() - 1, no_index);
+  for (const auto& [component, v] : members)
+    if (component_at[v] == no_index || weight[component] > weight[component_at[v]]) component_at[v] = component;
+  for (const auto& [component, v] : members)
+    for (const OverlapGraph::Link& link : graph[v]) {
+      const Index other = component_at[link.to];
+      if (other != no_index && weight[other] > weight[component]) bubble[component] = 1;
+    }
+  for (std::size_t h = 0; h < he.opposite.size(); ++h)
+    if (he.opposite[h] == no_index) bubble[components.of_face[he.face[h]]] = 0;
+  return bubble;
+}
+
+}  // namespace
+
+Specks drop_specks(const Mixture& vertices, const OverlapGraph& graph, FaceList& faces, double min_share) {
   const HalfEdges he = half_edges(faces, vertices.size());
   const Components components = face_components(faces, he);
   // A vertex where components touch counts for each of them, once.
@@ -73,9 +98,10 @@ Specks drop_specks(const Mixture& vertices, FaceList& faces, double min_share) {
   // Never everything: the heaviest component stays whatever its share.
   const auto heaviest = static_cast<std::size_t>(std::max_element(weight.begin(), weight.end()) - weight.begin());
   Specks specks;
+  const std::vector<char> bubble = bubbles(graph, he, components, members, weight);
   std::vector<char> drop(components.count, 0);
   for (std::size_t c = 0; c < components.count; ++c) {
-    if (c == heaviest || weight[c] >= min_share * total) continue;
+    if (c == heaviest || weight[c] >= (bubble[c] ? bubble_factor : 1) * min_share * total) continue;
     drop[c] = 1;
     ++specks.count;
   }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <gpsrecon/core/mesh.h>
+#include <gpsrecon/triangulate/overlap_graph.h>
 #include <vector>
 
 namespace gpsrecon {
@@ -14,8 +15,9 @@ struct Specks {
   std::size_t count = 0;  ///< components of faces removed
   double weight = 0;      ///< of the vertices that no face uses any more
 };
-/// Removes connected components of faces whose vertices carry less than `min_share` of the weight of the mixture; the
-/// heaviest one stays.
-Specks drop_specks(const Mixture& vertices, FaceList& faces, double min_share);
+/// Removes connected components of faces whose vertices carry less than `min_share` of the weight of the mixture, and
+/// closed ones of less than ten times that which overlap a heavier one: what was left of a sheet that the rest closed
+/// over makes such bubbles. The heaviest component stays. `graph` may be empty.
+Specks drop_specks(const Mixture& vertices, const OverlapGraph& graph, FaceList& faces, double min_share);
 
 }  // namespace gpsrecon

@@ -97,7 +97,7 @@ Triangulation triangulate(const Mixture& mixture, const TriangulateOptions& opti
       ++result.leftover_components;
       result.leftover_weight += mixture.weights[v];
     }
-  const Specks specks = drop_specks(mixture, mesh.faces, options.min_component_share);
+  const Specks specks = drop_specks(mixture, graph, mesh.faces, options.min_component_share);
   result.dropped_specks = specks.count;
   result.dropped_speck_weight = specks.weight;
 

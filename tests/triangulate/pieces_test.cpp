@@ -92,11 +92,11 @@ TEST(Pieces, SpecksBelowTheShareAreDropped) {
   add_triangle(m, faces, 5, 1);
   add_triangle(m, faces, 10, 30);
   add_triangle(m, faces, 15, 2);
-  const Specks specks = drop_specks(m, faces, 0.01);  // of 999
+  const Specks specks = drop_specks(m, {}, faces, 0.01);  // of 999
   EXPECT_EQ(specks.count, 2U);
   EXPECT_EQ(specks.weight, 9.0);
   EXPECT_EQ(canonical(faces), (std::vector<GrowingSurface::Triangle>{{0, 1, 2}, {6, 7, 8}}));
-  EXPECT_EQ(drop_specks(m, faces, 0.01).count, 0U);
+  EXPECT_EQ(drop_specks(m, {}, faces, 0.01).count, 0U);
 }
 
 TEST(Pieces, TheHeaviestComponentIsNoSpeck) {
@@ -107,7 +107,7 @@ TEST(Pieces, TheHeaviestComponentIsNoSpeck) {
   m.means.emplace_back(100, 0, 0);  // most of the weight is in no face
   m.covariances.push_back(Sym3::identity());
   m.weights.push_back(1e6);
-  EXPECT_EQ(drop_specks(m, faces, 0.5).count, 1U);
+  EXPECT_EQ(drop_specks(m, {}, faces, 0.5).count, 1U);
   EXPECT_EQ(canonical(faces), (std::vector<GrowingSurface::Triangle>{{3, 4, 5}}));
 }
 
@@ -125,10 +125,10 @@ TEST(Pieces, AVertexOfASpeckAndOfTheRestStays) {
   faces.add(0, 5, 6);
   FaceList with_share = faces;
   // The small component has weight 4 + 3.
-  EXPECT_EQ(drop_specks(m, with_share, 7.5 / 307).count, 1U);
+  EXPECT_EQ(drop_specks(m, {}, with_share, 7.5 / 307).count, 1U);
   with_share = faces;
-  EXPECT_EQ(drop_specks(m, with_share, 6.5 / 307).count, 0U);
-  const Specks specks = drop_specks(m, faces, 0.1);
+  EXPECT_EQ(drop_specks(m, {}, with_share, 6.5 / 307).count, 0U);
+  const Specks specks = drop_specks(m, {}, faces, 0.1);
   EXPECT_EQ(specks.count, 1U);
   EXPECT_EQ(specks.weight, 3.0);
   EXPECT_EQ(faces.size(), 2U);
