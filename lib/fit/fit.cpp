@@ -1,6 +1,7 @@
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/core/random.h>
+#include <gpsrecon/core/self_intersections.h>
 #include <gpsrecon/fit/fit.h>
 #include <gpsrecon/fit/least_squares.h>
 #include <gpsrecon/fit/refine.h>
@@ -114,6 +115,30 @@ std::size_t restrain(const CovMesh& mesh, const std::vector<Vec3>& normals, std:
   return static_cast<std::size_t>(std::count(ever.begin(), ever.end(), 1));
 }
 
+/// Takes back moves of the vertices of faces that intersect others, by halves and in the end altogether. What
+/// intersected before stays as it is. Returns the number of faces that concerned.
+std::size_t untangle(CovMesh& mesh, const std::vector<Vec3>& means_before, std::vector<double>& moved,
+                     const std::vector<double>& moved_before, const RunContext& context) {
+  std::vector<Vec3>& means = mesh.vertices.means;
+  constexpr int halvings = 3;
+  std::size_t first = 0;
+  for (int attempt = 0; attempt <= halvings; ++attempt) {
+    const std::vector<Index> tangled = self_intersecting_faces(means, mesh.faces, context);
+    if (attempt == 0) first = tangled.size();
+    if (tangled.empty()) break;
+    std::vector<char> concerned(means.size(), 0);
+    for (const Index f : tangled)
+      for (const Index v : mesh.faces[f]) concerned[v] = 1;
+    const double kept = attempt < halvings ? 0.5 : 0;
+    for (std::size_t v = 0; v < means.size(); ++v) {
+      if (!concerned[v]) continue;
+      means[v] = means_before[v] + kept * (means[v] - means_before[v]);
+      moved[v] = moved_before[v] + kept * (moved[v] - moved_before[v]);
+    }
+  }
+  return first;
+}
+
 /// What one control mesh after the other is fitted with.
 struct Fitting {
   const PointCloud& cloud;
@@ -171,6 +196,8 @@ std::vector<char> Fitting::round(Fit& fit, const TriangleConnectivity& topology,
   SurfaceSamples samples = surface.evaluate(mesh.vertices, true, context);
   assign(samples, graph, fit.steps == 0);
   if (fit.steps == 0) fit.held_out_before = held_out_median(assignment, held_out);
+  const std::vector<Vec3> means_before = mesh.vertices.means;
+  const std::vector<double> moved_before = moved;
   double loss = fitted_loss(losses, held_out);
   for (int s = 0; s < steps; ++s) {
     const double loss_before = loss;
@@ -181,6 +208,11 @@ std::vector<char> Fitting::round(Fit& fit, const TriangleConnectivity& topology,
     loss = fitted_loss(losses, held_out);
     // The rim of an open surface still moves when the rest has come to rest.
     if (rim.sample.empty() && loss > (1 - min_improvement) * loss_before) break;
+  }
+  if (const std::size_t tangled = untangle(mesh, means_before, moved, moved_before, context); tangled > 0) {
+    fit.restrained_faces += tangled;
+    samples = surface.evaluate(mesh.vertices, true, context);
+    assign(samples, graph, false);
   }
   const Residuals residuals = robust_residuals(surface, assignment, cloud, held_out, median_offset(assignment));
   const std::vector<Index> control = surface.control_of_samples();

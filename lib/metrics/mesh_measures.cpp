@@ -1,6 +1,6 @@
 #include <gpsrecon/core/parallel.h>
+#include <gpsrecon/core/self_intersections.h>
 #include <gpsrecon/metrics/mesh_measures.h>
-#include <gpsrecon/metrics/self_intersections.h>
 #include <Eigen/Geometry>
 #include <algorithm>
 
@@ -52,7 +52,7 @@ MeshReport measure_mesh(const Mesh& mesh, const RunContext& context, bool self_i
   if (is_closed(report.topology))
     report.volume = enclosed_volume(mesh.positions, mesh.faces, context) * scale * scale * scale;
   if (self_intersections)
-    report.self_intersecting_faces = count_self_intersecting_faces(mesh.positions, mesh.faces, context);
+    report.self_intersecting_faces = self_intersecting_faces(mesh.positions, mesh.faces, context).size();
   return report;
 }
 

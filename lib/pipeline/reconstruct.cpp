@@ -1,11 +1,11 @@
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/parallel.h>
+#include <gpsrecon/core/self_intersections.h>
 #include <gpsrecon/io/io.h>
 #include <gpsrecon/metrics/compare.h>
 #include <gpsrecon/metrics/distance.h>
 #include <gpsrecon/metrics/mesh_measures.h>
 #include <gpsrecon/metrics/resource_usage.h>
-#include <gpsrecon/metrics/self_intersections.h>
 #include <gpsrecon/pipeline/reconstruct.h>
 #include <gpsrecon/triangulate/orient.h>
 #include <Eigen/Eigenvalues>
@@ -101,7 +101,7 @@ Reconstruction finish(CovMesh mesh, const ReconstructOptions& options, const Run
   timer.start("subdivide");
   result.mesh = subdivide_stage(mesh, options, context, report);
   if (options.self_intersections)
-    report.covmesh->self_intersecting_faces = count_self_intersecting_faces(mesh.vertices.means, mesh.faces, context);
+    report.covmesh->self_intersecting_faces = self_intersecting_faces(mesh.vertices.means, mesh.faces, context).size();
   result.covmesh = std::move(mesh);
   result.report = std::move(report);
   return result;

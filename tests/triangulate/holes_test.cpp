@@ -1,7 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <gpsrecon/metrics/self_intersections.h>
+#include <gpsrecon/core/self_intersections.h>
 #include <gpsrecon/triangulate/holes.h>
 #include <support/shapes.h>
 #include <triangulate/mesh_checks.h>
@@ -56,7 +56,7 @@ Topology topology(const CovMesh& mesh) {
 void expect_sound(const Triangulation& result) {
   ASSERT_NO_THROW(validate(result.mesh));
   EXPECT_EQ(topology(result.mesh).unused_vertices, 0U);
-  EXPECT_EQ(count_self_intersecting_faces(result.mesh.vertices.means, result.mesh.faces), 0U);
+  EXPECT_EQ(self_intersecting_faces(result.mesh.vertices.means, result.mesh.faces).size(), 0U);
   EXPECT_EQ(result.loop_reasons.size(), topology(result.mesh).boundary_loops);
   EXPECT_EQ(static_cast<std::size_t>(
                 std::count(result.component_of_vertex.begin(), result.component_of_vertex.end(), no_index)),
@@ -232,10 +232,10 @@ TEST(Holes, SelfIntersectionsAreReplaced) {
   CovMesh& mesh = sphere.mesh;
   const Index a = mesh.faces[1234][0], b = mesh.faces[1234][1];
   std::swap(mesh.vertices.means[a], mesh.vertices.means[b]);
-  ASSERT_GT(count_self_intersecting_faces(mesh.vertices.means, mesh.faces), 0U);
+  ASSERT_GT(self_intersecting_faces(mesh.vertices.means, mesh.faces).size(), 0U);
   const Mending mending = mend(mesh, sphere.component, sphere.mixture, {});
   EXPECT_GE(mending.untangled, 1U);
-  EXPECT_EQ(count_self_intersecting_faces(mesh.vertices.means, mesh.faces), 0U);
+  EXPECT_EQ(self_intersecting_faces(mesh.vertices.means, mesh.faces).size(), 0U);
   EXPECT_EQ(topology(mesh).euler, 2);
   EXPECT_EQ(topology(mesh).boundary_loops, 0U);
   ASSERT_NO_THROW(validate(mesh));

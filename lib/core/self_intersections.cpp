@@ -2,7 +2,7 @@
 #include <CGAL/box_intersection_d.h>
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/parallel.h>
-#include <gpsrecon/metrics/self_intersections.h>
+#include <gpsrecon/core/self_intersections.h>
 #include <algorithm>
 #include <array>
 #include <string>
@@ -81,8 +81,8 @@ std::vector<Triangle> triangles_with_area(std::span<const Vec3> positions, const
 
 }  // namespace
 
-std::size_t count_self_intersecting_faces(std::span<const Vec3> positions, const FaceList& faces,
-                                          const RunContext& context) {
+std::vector<Index> self_intersecting_faces(std::span<const Vec3> positions, const FaceList& faces,
+                                           const RunContext& context) {
   const std::vector<Triangle> triangles = triangles_with_area(positions, faces);
   const Intersections test(positions, triangles);
   std::vector<Box> boxes;
@@ -98,7 +98,10 @@ std::size_t count_self_intersecting_faces(std::span<const Vec3> positions, const
   std::vector<char> marked(faces.size(), 0);
   for (std::size_t i = 0; i < pairs.size(); ++i)
     if (hit[i]) marked[triangles[pairs[i].first].face] = marked[triangles[pairs[i].second].face] = 1;
-  return static_cast<std::size_t>(std::count(marked.begin(), marked.end(), 1));
+  std::vector<Index> found;
+  for (Index f = 0; f < marked.size(); ++f)
+    if (marked[f]) found.push_back(f);
+  return found;
 }
 
 }  // namespace gpsrecon

@@ -6,11 +6,11 @@
 
 namespace gpsrecon {
 
-/// Number of faces that intersect another face elsewhere than in the corners and edges they share by index. Exact
+/// The faces, ascending, that intersect another face elsewhere than in the corners and edges they share by index. Exact
 /// predicates on the positions as they are. Polygons are split into fans from their first corner; triangles without
 /// area do not count, nor do intersections within a polygon. Meshes need not be manifold. O(n log² n + pairs of
 /// overlapping boxes). Throws InvariantError if a corner is out of range or a used position is not finite; Cancelled.
-std::size_t count_self_intersecting_faces(std::span<const Vec3> positions, const FaceList& faces,
-                                          const RunContext& context = {});
+std::vector<Index> self_intersecting_faces(std::span<const Vec3> positions, const FaceList& faces,
+                                           const RunContext& context = {});
 
 }  // namespace gpsrecon

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <gpsrecon/core/error.h>
-#include <gpsrecon/metrics/self_intersections.h>
+#include <gpsrecon/core/self_intersections.h>
 #include <metrics/shapes.h>
 #include <cmath>
 #include <limits>
@@ -10,7 +10,7 @@ namespace gpsrecon {
 namespace {
 
 std::size_t count(const Mesh& mesh) {
-  return count_self_intersecting_faces(mesh.positions, mesh.faces);
+  return self_intersecting_faces(mesh.positions, mesh.faces).size();
 }
 
 Mesh triangles(const std::vector<Vec3>& positions, const std::vector<std::array<Index, 3>>& faces) {
