@@ -82,6 +82,17 @@ double held_out_median(const Assignment& assignment, const std::vector<char>& he
   return judges.offset.empty() ? 0 : median_offset(judges);
 }
 
+/// No mean leaves its own Gaussian, by more than this many of its standard deviations along the normal: at the tips of
+/// sheets thinner than the noise points are taken for those of the other side, and drive the surface away.
+constexpr double farthest_move = 3;
+void stay_inside(const Mixture& control, const std::vector<Vec3>& normals, const std::vector<double>& moved,
+                 std::vector<double>& moves) {
+  for (std::size_t v = 0; v < moves.size(); ++v) {
+    const double limit = farthest_move * std::sqrt(control.covariances[v].quadratic_form(normals[v]));
+    moves[v] = std::clamp(moves[v], std::min(0.0, -limit - moved[v]), std::max(0.0, limit - moved[v]));
+  }
+}
+
 /// Cosine of the largest angle by which a step may turn a face.
 constexpr double largest_turn = 0.5;
 
@@ -139,6 +150,13 @@ std::size_t untangle(CovMesh& mesh, const std::vector<Vec3>& means_before, std::
   return first;
 }
 
+/// What is known of the current control mesh.
+struct FitState {
+  std::vector<double> moved;   ///< per control vertex: its moves along the normal so far
+  Assignment assignment;       ///< of the points to samples; between rounds, to control vertices
+  std::vector<double> losses;  ///< of the points, see point_losses()
+};
+
 /// What one control mesh after the other is fitted with.
 struct Fitting {
   const PointCloud& cloud;
@@ -147,10 +165,7 @@ struct Fitting {
   std::vector<char> held_out;
   double scale = 0;  ///< median offset before the first step, by which loss is measured
 
-  // Of the current mesh:
-  std::vector<double> moved = {};   ///< per control vertex: its moves along the normal so far
-  Assignment assignment = {};       ///< of the points to its samples
-  std::vector<double> losses = {};  ///< of the points, see point_losses()
+  FitState state = {};
 
   void assign(const SurfaceSamples& samples, const SampleGraph& graph, bool first);
   std::size_t step(CovMesh& mesh, const LimitSurface& surface, const ControlEdges& edges, const Rim& rim,
@@ -160,26 +175,27 @@ struct Fitting {
 
 void Fitting::assign(const SurfaceSamples& samples, const SampleGraph& graph, bool first) {
   if (first) {
-    assignment = assign_points(samples, cloud, context);
-    scale = median_offset(assignment);
+    state.assignment = assign_points(samples, cloud, context);
+    scale = median_offset(state.assignment);
   } else {
-    reassign_points(samples, graph, cloud, context, assignment);
+    reassign_points(samples, graph, cloud, context, state.assignment);
   }
-  losses = point_losses(assignment, scale, context);
+  state.losses = point_losses(state.assignment, scale, context);
 }
 
 /// Returns the number of faces it held back.
 std::size_t Fitting::step(CovMesh& mesh, const LimitSurface& surface, const ControlEdges& edges, const Rim& rim,
                           const SurfaceSamples& samples) {
-  const double typical = median_offset(assignment);
-  const Residuals residuals = robust_residuals(surface, assignment, cloud, held_out, typical);
-  std::vector<double> moves = solve_moves(surface, mesh.vertices, edges, samples, residuals, moved, context);
+  const double typical = median_offset(state.assignment);
+  const Residuals residuals = robust_residuals(surface, state.assignment, cloud, held_out, typical);
+  std::vector<double> moves = solve_moves(surface, mesh.vertices, edges, samples, residuals, state.moved, context);
+  stay_inside(mesh.vertices, samples.normals, state.moved, moves);
   const std::size_t restrained = restrain(mesh, samples.normals, moves, context);
   for (std::size_t v = 0; v < moves.size(); ++v) {
     mesh.vertices.means[v] += moves[v] * samples.normals[v];
-    moved[v] += moves[v];
+    state.moved[v] += moves[v];
   }
-  extend_rim(surface, rim, samples, assignment, cloud, outlier_distance * typical, mesh.vertices);
+  extend_rim(surface, rim, samples, state.assignment, cloud, outlier_distance * typical, mesh.vertices);
   return restrained;
 }
 
@@ -192,31 +208,32 @@ std::vector<char> Fitting::round(Fit& fit, const TriangleConnectivity& topology,
   const SampleGraph graph = sample_graph(surface);
   const Rim rim = find_rim(surface);
   const ControlEdges edges = control_edges(topology);
-  moved.resize(mesh.vertices.size(), 0.0);
+  state.moved.resize(mesh.vertices.size(), 0.0);
   SurfaceSamples samples = surface.evaluate(mesh.vertices, true, context);
   assign(samples, graph, fit.steps == 0);
-  if (fit.steps == 0) fit.held_out_before = held_out_median(assignment, held_out);
+  if (fit.steps == 0) fit.held_out_before = held_out_median(state.assignment, held_out);
   const std::vector<Vec3> means_before = mesh.vertices.means;
-  const std::vector<double> moved_before = moved;
-  double loss = fitted_loss(losses, held_out);
+  const std::vector<double> moved_before = state.moved;
+  double loss = fitted_loss(state.losses, held_out);
   for (int s = 0; s < steps; ++s) {
     const double loss_before = loss;
     fit.restrained_faces += step(mesh, surface, edges, rim, samples);
     ++fit.steps;
     samples = surface.evaluate(mesh.vertices, true, context);
     assign(samples, graph, false);
-    loss = fitted_loss(losses, held_out);
+    loss = fitted_loss(state.losses, held_out);
     // The rim of an open surface still moves when the rest has come to rest.
     if (rim.sample.empty() && loss > (1 - min_improvement) * loss_before) break;
   }
-  if (const std::size_t tangled = untangle(mesh, means_before, moved, moved_before, context); tangled > 0) {
+  if (const std::size_t tangled = untangle(mesh, means_before, state.moved, moved_before, context); tangled > 0) {
     fit.restrained_faces += tangled;
     samples = surface.evaluate(mesh.vertices, true, context);
     assign(samples, graph, false);
   }
-  const Residuals residuals = robust_residuals(surface, assignment, cloud, held_out, median_offset(assignment));
+  const Residuals residuals =
+      robust_residuals(surface, state.assignment, cloud, held_out, median_offset(state.assignment));
   const std::vector<Index> control = surface.control_of_samples();
-  for (Index& s : assignment.sample) s = control[s];
+  for (Index& s : state.assignment.sample) s = control[s];
   return edges_with_detail(surface, topology, residuals);
 }
 
@@ -240,23 +257,24 @@ Fit fit(CovMesh mesh, const PointCloud& cloud, const FitOptions& options, const 
   result.held_out_points = static_cast<std::size_t>(std::count(held_out.begin(), held_out.end(), 1));
   Fitting fitting{.cloud = cloud, .options = options, .context = context, .held_out = std::move(held_out)};
   CovMesh coarser;
-  std::vector<double> losses;
+  FitState accepted;
   for (int round = 0;; ++round) {
     const TriangleConnectivity topology = triangle_connectivity(result.mesh.faces, result.mesh.vertices.size());
     const std::vector<char> detail = fitting.round(result, topology, options.steps);
-    if (round > 0 && held_out_rise(losses, fitting.losses, fitting.held_out) > significant_rise) {
-      result.mesh = std::move(coarser);
-      break;
-    }
     if (round > 0) {
+      if (held_out_rise(accepted.losses, fitting.state.losses, fitting.held_out) > significant_rise) {
+        result.mesh = std::move(coarser);
+        fitting.state = std::move(accepted);
+        break;
+      }
       ++result.refinements;
       result.added_vertices += result.mesh.vertices.size() - coarser.vertices.size();
     }
-    losses = fitting.losses;
-    result.held_out_after = held_out_median(fitting.assignment, fitting.held_out);
+    result.held_out_after = held_out_median(fitting.state.assignment, fitting.held_out);
     context.progress("fit", static_cast<double>(round + 1) / (options.refinements + 1));
     const auto marked = static_cast<double>(std::count(detail.begin(), detail.end(), 1));
     if (round == options.refinements || marked <= min_split_share * static_cast<double>(detail.size())) break;
+    accepted = fitting.state;
     coarser = std::move(result.mesh);
     result.mesh = split_edges(coarser, topology, detail, context);
   }
