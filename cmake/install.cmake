@@ -4,6 +4,7 @@ include(CMakePackageConfigHelpers)
 
 # The headers of the library's interface. All others are details of their stage and stay behind.
 set(GPSRECON_PUBLIC_HEADERS
+  core/attributes.h
   core/clean.h
   core/error.h
   core/frame.h

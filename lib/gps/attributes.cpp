@@ -24,7 +24,7 @@ class Votes {
     return *this;
   }
   friend Votes operator*(double factor, Votes votes) {
-    for (double& weight : votes.weight_) weight *= factor;
+    for (std::size_t k = 0; k < votes.count_; ++k) votes.weight_[k] *= factor;
     return votes;
   }
   double winner() const {

@@ -21,7 +21,7 @@ Mesh subdivide(const CovMesh& mesh, const SubdivideOptions& options, const RunCo
   refined.positions = std::move(samples.positions);
   refined.normals = std::move(samples.normals);
   refined.sigma = std::move(samples.sigma);
-  interpolate_attributes(surface, mesh.vertices, refined, context);
+  if (options.attributes) interpolate_attributes(surface, mesh.vertices, refined, context);
   refined.faces = std::move(surface).faces();
   refined.frame = mesh.vertices.frame;
   context.progress("subdivide", 1);

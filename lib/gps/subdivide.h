@@ -24,6 +24,8 @@ struct SubdivideOptions {
   bool limit = true;
   LoopWeights weights = LoopWeights::loop;
   CornerRule corners = CornerRule::smooth;
+  /// Give the refined vertices the colours and scalars of the control vertices, if these have any.
+  bool attributes = true;
 
   /// Throws OptionError naming the field and the value.
   void check() const;

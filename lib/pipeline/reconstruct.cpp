@@ -1,3 +1,4 @@
+#include <gpsrecon/core/attributes.h>
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/core/self_intersections.h>
@@ -94,12 +95,13 @@ double edge_target(const CovMesh& mesh) {
   return 1.5 * mesh.vertices.spacing;
 }
 
-/// Subdivision, and what is known of the result without points.
-Reconstruction finish(CovMesh mesh, const ReconstructOptions& options, const RunContext& context, ErrorReport report,
-                      StageTimer& timer) {
+/// Subdivision, and what is known of the result without points (null if there are none).
+Reconstruction finish(CovMesh mesh, const PreparedCloud* cloud, const ReconstructOptions& options,
+                      const RunContext& context, ErrorReport report, StageTimer& timer) {
   Reconstruction result;
   timer.start("subdivide");
-  result.mesh = subdivide_stage(mesh, options, context, report);
+  result.mesh = cloud != nullptr ? subdivide_stage(mesh, *cloud, options, context, report)
+                                 : subdivide_stage(mesh, options, context, report);
   if (options.self_intersections)
     report.covmesh->self_intersecting_faces = self_intersecting_faces(mesh.vertices.means, mesh.faces, context).size();
   result.covmesh = std::move(mesh);
@@ -287,6 +289,19 @@ Mesh subdivide_stage(const CovMesh& mesh, const ReconstructOptions& options, con
   return refined;
 }
 
+Mesh subdivide_stage(const CovMesh& mesh, const PreparedCloud& cloud, const ReconstructOptions& options,
+                     const RunContext& context, ErrorReport& report) {
+  const PointCloud& points = cloud.clean.cloud;
+  ReconstructOptions local = options;
+  local.subdivide.attributes = !has_attributes(points);
+  Mesh refined = subdivide_stage(mesh, local, context, report);
+  if (points.frame == refined.frame)
+    attributes_from_points(refined, points, context);
+  else
+    attributes_from_points(refined, in_frame(points, refined.frame), context);
+  return refined;
+}
+
 Reconstruction reconstruct(const PointCloud& world, const ReconstructOptions& options, const RunContext& context) {
   options.check();
   StageTimer timer;
@@ -300,7 +315,7 @@ Reconstruction reconstruct(const PointCloud& world, const ReconstructOptions& op
   CovMesh mesh = triangulate_stage(mixture, options, context, report);
   timer.start("fit");
   mesh = fit_stage(std::move(mesh), cloud, options, context, report);
-  Reconstruction result = finish(std::move(mesh), options, context, std::move(report), timer);
+  Reconstruction result = finish(std::move(mesh), &cloud, options, context, std::move(report), timer);
   timer.start("report");
   result.report.points_to_surface =
       measure_distances(SurfaceDistance(result.mesh, context), cloud.clean.cloud, result.report.diagonal, context);
@@ -315,7 +330,7 @@ Reconstruction reconstruct(const Mixture& mixture, const ReconstructOptions& opt
   ErrorReport report;
   timer.start("triangulate");
   CovMesh mesh = triangulate_stage(mixture, options, context, report);
-  Reconstruction result = finish(std::move(mesh), options, context, std::move(report), timer);
+  Reconstruction result = finish(std::move(mesh), nullptr, options, context, std::move(report), timer);
   close_books(result, context, timer);
   return result;
 }
@@ -325,7 +340,7 @@ Reconstruction reconstruct(const CovMesh& mesh, const ReconstructOptions& option
   StageTimer timer;
   ErrorReport report;
   describe_covmesh(mesh, report);
-  Reconstruction result = finish(mesh, options, context, std::move(report), timer);
+  Reconstruction result = finish(mesh, nullptr, options, context, std::move(report), timer);
   close_books(result, context, timer);
   return result;
 }

@@ -64,6 +64,9 @@ CovMesh fit_stage(CovMesh mesh, const PreparedCloud& cloud, const ReconstructOpt
                   const RunContext& context, ErrorReport& report);
 Mesh subdivide_stage(const CovMesh& mesh, const ReconstructOptions& options, const RunContext& context,
                      ErrorReport& report);
+/// With the points at hand, their colours and scalars (core/attributes.h) instead of the coarser ones of the Gaussians.
+Mesh subdivide_stage(const CovMesh& mesh, const PreparedCloud& cloud, const ReconstructOptions& options,
+                     const RunContext& context, ErrorReport& report);
 
 /// Points to surface: clean, scale, mixture, triangulation, fit, subdivision, report. The input is in world
 /// coordinates. Throws what the stages throw.

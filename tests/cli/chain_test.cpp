@@ -251,28 +251,40 @@ TEST_F(ChainTest, colours_scalars_and_labels_through_all_stages) {
   do_here(Words{"mixture", "c.xyz", "m.ply"} + columns);
   do_here({"triangulate", "m.ply", "t.ply"});
   do_here({"fit", "t.ply", "c.xyz", "f.ply"});
-  do_here({"subdivide", "f.ply", "out.ply", "--levels", "2"});
+  do_here(Words{"subdivide", "f.ply", "out.ply", "--levels", "2", "--points", "c.xyz"} + columns);
   EXPECT_TRUE(bytes("f.ply") == bytes("chain.covmesh.ply"));
   EXPECT_TRUE(bytes("out.ply") == bytes("chain.ply"));
   do_here(Words{"c.xyz", "text.ply", "--levels", "2", "--ascii", "--threads", "3"} + columns);
-  do_here({"text.covmesh.ply", "from_text.ply", "--levels", "2"});
+  do_here(Words{"subdivide", "text.covmesh.ply", "from_text.ply", "--levels", "2", "--points", "c.xyz"} + columns);
   EXPECT_TRUE(bytes("from_text.ply") == bytes("chain.ply"));
+  // Without the points, what the Gaussians carry.
+  do_here({"subdivide", "f.ply", "coarse.ply", "--levels", "2"});
+  do_here({"f.ply", "from_covmesh.ply", "--levels", "2"});
+  EXPECT_TRUE(bytes("from_covmesh.ply") == bytes("coarse.ply"));
 
-  for (const char* const name : {"m.ply", "f.ply", "chain.ply"}) {
+  for (const char* const name : {"m.ply", "f.ply", "chain.ply", "coarse.ply"}) {
     const json i = info(name);
     for (const char* const attribute : {"colors", "intensity", "Classification", "zone"})
       EXPECT_THAT(i.at("attributes"), testing::Contains(attribute)) << name;
   }
   EXPECT_EQ(info("m.ply").at("labels"), json({"Classification", "zone"}));
-  const PointCloud vertices = read_points(folder / "chain.ply");
-  const auto column = [&](const std::string& name) {
-    return std::find_if(vertices.scalars.begin(), vertices.scalars.end(),
-                        [&](const ScalarColumn& c) { return c.name == name; })
-        ->values;
-  };
-  EXPECT_THAT(column("Classification"), testing::Each(testing::AnyOf(2, 6)));
-  EXPECT_THAT(column("zone"), testing::Each(testing::AnyOf(100, -100)));
-  for (const double value : column("intensity")) EXPECT_NEAR(value, 3, 0.5);
+  for (const char* const file : {"chain.ply", "coarse.ply"}) {
+    const PointCloud vertices = read_points(folder / file);
+    const auto column = [&](const std::string& name) {
+      return std::find_if(vertices.scalars.begin(), vertices.scalars.end(),
+                          [&](const ScalarColumn& c) { return c.name == name; })
+          ->values;
+    };
+    EXPECT_THAT(column("Classification"), testing::Each(testing::AnyOf(2, 6)));
+    EXPECT_THAT(column("zone"), testing::Each(testing::AnyOf(100, -100)));
+    // Where none of the points around has a number there is none, but nowhere else.
+    const std::vector<double> intensity = column("intensity");
+    for (std::size_t v = 0; v < vertices.size(); ++v)
+      if (!std::isnan(intensity[v]))
+        EXPECT_NEAR(intensity[v], 3, 0.5);
+      else
+        EXPECT_NEAR(vertices.positions[v].x(), 0.3, 0.07);
+  }
 }
 
 TEST_F(ChainTest, labels_that_cannot_be) {

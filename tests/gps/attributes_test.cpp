@@ -77,7 +77,8 @@ TEST(SubdivideAttributes, MissingNumbersDoNotCount) {
   CovMesh mesh = flat_covmesh();
   const std::size_t n = mesh.vertices.size();
   std::vector<double> holed(n, 7), empty(n, nan);
-  for (std::size_t v = 0; v < n; v += 3) holed[v] = v % 2 == 0 ? nan : 1e39;
+  // No two of them are neighbours, so that every sample has others.
+  for (std::size_t v = 3; v < n; v += 7) holed[v] = v % 2 == 0 ? nan : 1e39;
   mesh.vertices.scalars = {{"holed", holed}, {"empty", empty}, {"labels", empty, ScalarKind::label}};
   const Mesh surface = subdivide(mesh);
   for (const double value : surface.scalars[0].values) ASSERT_NEAR(value, 7, 1e-14);

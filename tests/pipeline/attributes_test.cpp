@@ -51,8 +51,8 @@ TEST(ReconstructAttributes, LieWhereThePointsHaveThem) {
       ASSERT_EQ(mesh.scalars[1].values[v], p.y() < 0 ? 17 : -1);
     }
   }
-  EXPECT_LT(std::sqrt(square_z / static_cast<double>(mesh.positions.size())), 0.75 * spacing);
-  EXPECT_LT(std::sqrt(square_x / static_cast<double>(mesh.positions.size())), 0.75 * spacing);
+  EXPECT_LT(std::sqrt(square_z / static_cast<double>(mesh.positions.size())), 0.5 * spacing);
+  EXPECT_LT(std::sqrt(square_x / static_cast<double>(mesh.positions.size())), 0.5 * spacing);
 }
 
 TEST(ReconstructAttributes, ChangeNothingElse) {
