@@ -18,10 +18,11 @@ Index before(const GrowingSurface::Triangle& t, Index v) {
 
 }  // namespace
 
-GrowingSurface::GrowingSurface(const std::vector<Vec3>& positions) : positions_(positions), around_(positions.size()) {}
+GrowingSurface::GrowingSurface(const std::vector<Vec3>& positions)
+    : positions_(&positions), around_(positions.size()) {}
 
 Vec3 GrowingSurface::unit_normal(Index a, Index b, Index c) const {
-  const Vec3 ab = positions_[b] - positions_[a], ac = positions_[c] - positions_[a];
+  const Vec3 ab = position(b) - position(a), ac = position(c) - position(a);
   const Vec3 n = ab.cross(ac);
   const double length = n.norm();
   // Below this height over the longest side the direction is that of rounding errors.
@@ -52,6 +53,13 @@ Index GrowingSurface::triangle_at(Index from, Index to) const {
   for (const Index t : around_[from])
     if (after(triangles_[t], from) == to) return t;
   return no_index;
+}
+
+std::size_t GrowingSurface::front_edges() const {
+  std::size_t count = 0;
+  for (const Triangle& t : triangles_)
+    for (std::size_t k = 0; t[0] != no_index && k < 3; ++k) count += on_front(t[k], t[(k + 1) % 3]) ? 1 : 0;
+  return count;
 }
 
 Index GrowingSurface::third_corner(Index t, Index a, Index b) const {

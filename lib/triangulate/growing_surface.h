@@ -28,7 +28,9 @@ class GrowingSurface {
   const std::vector<Index>& triangles_around(Index v) const { return around_[v]; }
   const Triangle& triangle(Index t) const { return triangles_[t]; }
   const Vec3& normal(Index t) const { return normals_[t]; }
-  const Vec3& position(Index v) const { return positions_[v]; }
+  const Vec3& position(Index v) const { return (*positions_)[v]; }
+  /// Number of half-edges without opposite. O(triangles).
+  std::size_t front_edges() const;
   /// Removed triangles keep their number and have no_index corners.
   std::size_t triangle_slots() const { return triangles_.size(); }
   bool alive(Index t) const { return triangles_[t][0] != no_index; }
@@ -54,7 +56,7 @@ class GrowingSurface {
   FaceList faces() const;
 
  private:
-  const std::vector<Vec3>& positions_;
+  const std::vector<Vec3>* positions_;
   std::vector<Triangle> triangles_;
   std::vector<Vec3> normals_;
   std::vector<std::vector<Index>> around_;

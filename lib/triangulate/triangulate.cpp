@@ -3,6 +3,7 @@
 #include <gpsrecon/triangulate/flips.h>
 #include <gpsrecon/triangulate/front.h>
 #include <gpsrecon/triangulate/holes.h>
+#include <gpsrecon/triangulate/inside_out.h>
 #include <gpsrecon/triangulate/light_components.h>
 #include <gpsrecon/triangulate/orient.h>
 #include <gpsrecon/triangulate/overlap_graph.h>
@@ -82,6 +83,14 @@ Triangulation triangulate(const Mixture& mixture, const TriangulateOptions& opti
   grow_front(surface, graph, sheets, options, context);
 
   Triangulation result;
+  GrowingSurface mended = surface;
+  if (const std::size_t turned = turn_inside_out(mended, graph, sheets); turned > 0) {
+    grow_front(mended, graph, sheets, options, context);
+    if (mended.front_edges() < surface.front_edges()) {
+      result.turned_triangles = turned;
+      surface = std::move(mended);
+    }
+  }
   result.light_components = light.size();
   for (const Index i : light) result.light_weight += mixture.weights[i];
   result.closed_pinholes = close_pinholes(surface, mixture, graph, sheets, options);

@@ -73,6 +73,7 @@ struct Triangulation {
   std::size_t filled_rims = 0;             ///< of these, outer rims of open sheets
   std::size_t filled_vertices = 0;         ///< vertices made for that
   std::vector<LoopReason> loop_reasons;    ///< of the loops that boundary_loops() finds in the mesh, in its order
+  std::size_t turned_triangles = 0;        ///< of patches that had grown inside out
   std::size_t flipped_components = 0;      ///< connected components turned over to face outward or the sensor
 };
 
