@@ -81,14 +81,14 @@ double held_out_median(const Assignment& assignment, const std::vector<char>& he
   return judges.offset.empty() ? 0 : median_offset(judges);
 }
 
-/// Halves the moves of faces that would turn by more than a right angle, and forbids them in the end. Returns how many
-/// faces that concerned.
+/// Halves the moves of faces that would turn by more than a right angle, and forbids them in the end, until none turns:
+/// a face between shortened ones may turn only then. Returns how many faces that concerned.
 std::size_t restrain(const CovMesh& mesh, const std::vector<Vec3>& normals, std::vector<double>& moves,
                      const RunContext& context) {
   const std::vector<Vec3>& means = mesh.vertices.means;
   std::vector<char> turns(mesh.faces.size()), ever(mesh.faces.size(), 0);
   constexpr int halvings = 6;
-  for (int attempt = 0; attempt <= halvings; ++attempt) {
+  for (int attempt = 0;; ++attempt) {
     parallel_for(mesh.faces.size(), context, [&](std::size_t f) {
       const auto t = mesh.faces[f];
       const auto moved = [&](Index v) -> Vec3 { return means[v] + moves[v] * normals[v]; };
@@ -121,7 +121,7 @@ struct Fitting {
 
   // Of the current mesh:
   std::vector<double> moved = {};   ///< per control vertex: its moves along the normal so far
-  Assignment assignment = {};       ///< of the points to its samples
+  Assignment assignment = {};       ///< of the points to its samples; between rounds, to its control vertices
   std::vector<double> losses = {};  ///< of the points, see point_losses()
 
   void assign(const SurfaceSamples& samples, const SampleGraph& graph, bool first);
@@ -204,13 +204,17 @@ Fit fit(CovMesh mesh, const PointCloud& cloud, const FitOptions& options, const 
   std::vector<char> held_out = hold_out(cloud.size(), context.seed);
   result.held_out_points = static_cast<std::size_t>(std::count(held_out.begin(), held_out.end(), 1));
   Fitting fitting{.cloud = cloud, .options = options, .context = context, .held_out = std::move(held_out)};
+  // As they were before a refinement, in case it is undone.
   CovMesh coarser;
-  std::vector<double> losses;
+  std::vector<double> losses, moved;
+  Assignment assignment;
   for (int round = 0;; ++round) {
     const TriangleConnectivity topology = triangle_connectivity(result.mesh.faces, result.mesh.vertices.size());
     const std::vector<char> detail = fitting.round(result, topology, options.steps);
     if (round > 0 && held_out_rise(losses, fitting.losses, fitting.held_out) > significant_rise) {
       result.mesh = std::move(coarser);
+      fitting.moved = std::move(moved);
+      fitting.assignment = std::move(assignment);
       break;
     }
     if (round > 0) {
@@ -219,16 +223,20 @@ Fit fit(CovMesh mesh, const PointCloud& cloud, const FitOptions& options, const 
     }
     losses = fitting.losses;
     result.held_out_after = held_out_median(fitting.assignment, fitting.held_out);
-    context.progress("fit", static_cast<double>(round + 1) / (options.refinements + 1));
+    context.progress("fit", static_cast<double>(round + 1) / (options.refinements + 2));
     const auto marked = static_cast<double>(std::count(detail.begin(), detail.end(), 1));
     if (round == options.refinements || marked <= min_split_share * static_cast<double>(detail.size())) break;
+    moved = fitting.moved;
+    assignment = fitting.assignment;
     coarser = std::move(result.mesh);
     result.mesh = split_edges(coarser, topology, detail, context);
   }
   if (result.held_out_points > 0) {
     fitting.held_out.assign(cloud.size(), 0);
-    fitting.round(result, triangle_connectivity(result.mesh.faces, result.mesh.vertices.size()), steps_on_all);
+    fitting.round(result, triangle_connectivity(result.mesh.faces, result.mesh.vertices.size()),
+                  std::min(options.steps, steps_on_all));
   }
+  context.progress("fit", 1);
   return result;
 }
 

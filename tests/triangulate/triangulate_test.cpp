@@ -34,7 +34,8 @@ void expect_sound(const Mixture& mixture, const Triangulation& result) {
   EXPECT_TRUE(topology(test::welded(mesh.faces, mesh.vertices.means), mesh.vertices.size()).manifold());
 
   const double total = sum(mixture.weights);
-  EXPECT_NEAR(sum(mesh.vertices.weights) + result.leftover_weight + result.dropped_speck_weight, total, 1e-12 * total);
+  const double left_out = result.light_weight + result.leftover_weight + result.dropped_speck_weight;
+  EXPECT_NEAR(sum(mesh.vertices.weights) + left_out, total, 1e-12 * total);
 
   ASSERT_EQ(result.component_of_vertex.size(), mesh.vertices.size());
   std::map<Index, std::size_t> copies;
@@ -44,10 +45,11 @@ void expect_sound(const Mixture& mixture, const Triangulation& result) {
     ++copies[s];
   }
   EXPECT_LE(mesh.vertices.size() - copies.size(), result.split_vertices);
-  EXPECT_LE(copies.size() + result.leftover_components, mixture.size());
+  const std::size_t unused = result.light_components + result.leftover_components;
+  EXPECT_LE(copies.size() + unused, mixture.size());
   if (result.dropped_specks == 0) {
     EXPECT_EQ(mesh.vertices.size() - copies.size(), result.split_vertices);
-    EXPECT_EQ(copies.size() + result.leftover_components, mixture.size());
+    EXPECT_EQ(copies.size() + unused, mixture.size());
   }
   for (Index v = 0; v < mesh.vertices.size(); ++v)
     if (copies[result.component_of_vertex[v]] == 1) {
