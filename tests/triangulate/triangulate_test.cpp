@@ -516,6 +516,7 @@ TEST(Triangulate, OptionsOutOfRangeNameTheField) {
     expect({.min_overlap = bad}, "min_overlap");
     expect({.min_dihedral = bad}, "min_dihedral");
     expect({.min_component_share = bad}, "min_component_share");
+    expect({.min_weight_share = bad}, "min_weight_share");
   }
   expect({.min_overlap = 0}, "min_overlap");
   expect({.max_pinhole_edges = -1}, "max_pinhole_edges");
