@@ -84,6 +84,9 @@ void bind_triangulate(Arguments& arguments, ReconstructOptions& options) {
       [degrees] { return OptionValue(degrees()); });
   arguments.option("--min-component", "X", options.triangulate.min_component_share,
                    "drop connected components with less than this share of the total weight", "[0, 1)");
+  arguments.option("--min-weight", "X", options.triangulate.min_weight_share,
+                   "leave out Gaussians with less than this share of the median weight of those that overlap them",
+                   "[0, 1)");
   arguments.option("--max-pinhole", "N", options.triangulate.max_pinhole_edges,
                    "close boundary loops of at most N edges that the mixture itself bridges, 0 = none", ">= 0");
   arguments.option(

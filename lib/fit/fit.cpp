@@ -96,14 +96,14 @@ void stay_inside(const Mixture& control, const std::vector<Vec3>& normals, const
 /// Cosine of the largest angle by which a step may turn a face.
 constexpr double largest_turn = 0.5;
 
-/// Halves the moves of faces that would turn by more, and forbids them in the end. Returns how many
-/// faces that concerned.
+/// Halves the moves of faces that would turn by more, and forbids them in the end, until none turns: a face between
+/// shortened ones may turn only then. Returns how many faces that concerned.
 std::size_t restrain(const CovMesh& mesh, const std::vector<Vec3>& normals, std::vector<double>& moves,
                      const RunContext& context) {
   const std::vector<Vec3>& means = mesh.vertices.means;
   std::vector<char> turns(mesh.faces.size()), ever(mesh.faces.size(), 0);
   constexpr int halvings = 6;
-  for (int attempt = 0; attempt <= halvings; ++attempt) {
+  for (int attempt = 0;; ++attempt) {
     parallel_for(mesh.faces.size(), context, [&](std::size_t f) {
       const auto t = mesh.faces[f];
       const auto moved = [&](Index v) -> Vec3 { return means[v] + moves[v] * normals[v]; };
@@ -256,6 +256,7 @@ Fit fit(CovMesh mesh, const PointCloud& cloud, const FitOptions& options, const 
   std::vector<char> held_out = hold_out(cloud.size(), context.seed);
   result.held_out_points = static_cast<std::size_t>(std::count(held_out.begin(), held_out.end(), 1));
   Fitting fitting{.cloud = cloud, .options = options, .context = context, .held_out = std::move(held_out)};
+  // As they were before a refinement, in case it is undone.
   CovMesh coarser;
   FitState accepted;
   for (int round = 0;; ++round) {
@@ -280,8 +281,10 @@ Fit fit(CovMesh mesh, const PointCloud& cloud, const FitOptions& options, const 
   }
   if (result.held_out_points > 0) {
     fitting.held_out.assign(cloud.size(), 0);
-    fitting.round(result, triangle_connectivity(result.mesh.faces, result.mesh.vertices.size()), steps_on_all);
+    fitting.round(result, triangle_connectivity(result.mesh.faces, result.mesh.vertices.size()),
+                  std::min(options.steps, steps_on_all));
   }
+  context.progress("fit", 1);
   return result;
 }
 

@@ -221,8 +221,8 @@ const Sequence sequences[] = {
     {"tiny", [] { return moved(noisy_torus(6000, 0.005), 1e-7, Vec3(1e-6, 0, 0)); }, "", "", "", "", ""},
     {"options", [] { return noisy_torus(6000, 0.01); }, "--isolation 6",
      "--alpha 1.7 --detail 0.9 --hem-levels 3 --balance",
-     "--min-overlap 0.02 --min-dihedral 40 --max-pinhole 6 --holes fill:0.2 --sensor 1,2,30", "--fit-steps 2",
-     "--levels 1 --loop-weights warren --corners sharp"},
+     "--min-overlap 0.02 --min-dihedral 40 --min-weight 0.2 --max-pinhole 6 --holes fill:0.2 --sensor 1,2,30",
+     "--fit-steps 2 --refinements 1", "--levels 1 --loop-weights warren --corners sharp"},
     {"sheet", [] { return flat_sheet(70); }, "", "--target 600", "", "--fit-steps 1", "--levels 0"},
     {"local_start", [] { return noisy_sphere(5000, 0.002); }, "", "--initial local", "", "", "--levels 2"},
 };

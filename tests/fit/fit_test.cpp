@@ -1,39 +1,20 @@
 #include <gmock/gmock.h>
 #include <gpsrecon/fit/fit.h>
-#include <gpsrecon/gps/limit_surface.h>
 #include <gtest/gtest.h>
 
 #include <atomic>
 #include <numbers>
 
-#include "gps/meshes.h"
-#include "support/shapes.h"
+#include "fit/surfaces.h"
+#include "triangulate/mesh_checks.h"
 
 namespace gpsrecon {
 namespace {
 
-using test::disc_covariance;
 using test::max_distance;
-
-/// Discs tangent to the unit sphere at the vertices of a triangulated sphere of radius `radius`.
-CovMesh sphere_mesh(int level, double radius) {
-  const Mesh sphere = test::sphere(level);
-  const double edge = std::sqrt(4 * std::numbers::pi / static_cast<double>(sphere.positions.size()));
-  std::vector<Sym3> covariances;
-  for (const Vec3& n : sphere.positions) covariances.push_back(disc_covariance(n, 0.5 * edge, 0.1 * edge));
-  CovMesh mesh = test::covariance_mesh(sphere, covariances);
-  for (Vec3& mean : mesh.vertices.means) mean *= radius;
-  for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
-    mesh.vertices.weights[v] = 1 + 0.25 * static_cast<double>(v % 7);
-  return mesh;
-}
-
-/// Points on the unit sphere with Gaussian noise.
-PointCloud sphere_cloud(std::size_t n, double noise = 0) {
-  test::SampledShape sphere = test::fibonacci_sphere(n);
-  test::add_noise(sphere, noise, 5);
-  return sphere.cloud();
-}
+using test::rms_to_unit_sphere;
+using test::sphere_cloud;
+using test::sphere_mesh;
 
 /// A tilted plane: discs of different sizes over a grid, and the rotation that took it out of z = 0.
 struct TiltedPlane {
@@ -54,19 +35,6 @@ TiltedPlane tilted_plane(Index cells, bool tilt) {
   return plane;
 }
 
-/// Root mean square of `distance` over the samples of the limit surface.
-template <class Distance>
-double rms_of_surface(const CovMesh& mesh, const Distance& distance) {
-  const LimitSurface surface(mesh.faces, mesh.vertices.size(), 3);
-  double sum = 0;
-  const SurfaceSamples samples = surface.evaluate(mesh.vertices);
-  for (const Vec3& p : samples.positions) sum += distance(p) * distance(p);
-  return std::sqrt(sum / static_cast<double>(samples.positions.size()));
-}
-double rms_to_unit_sphere(const CovMesh& mesh) {
-  return rms_of_surface(mesh, [](const Vec3& p) { return p.norm() - 1; });
-}
-
 void expect_same_but_means(const CovMesh& a, const CovMesh& b) {
   EXPECT_EQ(a.faces, b.faces);
   EXPECT_EQ(a.vertices.covariances, b.vertices.covariances);
@@ -76,21 +44,30 @@ void expect_same_but_means(const CovMesh& a, const CovMesh& b) {
   EXPECT_EQ(a.vertices.frame, b.vertices.frame);
 }
 
-TEST(Fit, ReturnsTheMeshForZeroStepsAndForNoPoints) {
+TEST(Fit, ReturnsTheMeshForZeroStepsAndForNoPointsAndNoFaces) {
   const CovMesh mesh = sphere_mesh(2, 0.97);
-  for (const CovMesh& same : {fit(mesh, sphere_cloud(500), {.steps = 0}), fit(mesh, PointCloud{})}) {
-    expect_same_but_means(same, mesh);
-    EXPECT_EQ(same.vertices.means, mesh.vertices.means);
+  CovMesh no_faces = mesh;
+  no_faces.faces = {};
+  for (const Fit& same : {fit(mesh, sphere_cloud(500), {.steps = 0}), fit(mesh, PointCloud{})}) {
+    expect_same_but_means(same.mesh, mesh);
+    EXPECT_EQ(same.mesh.vertices.means, mesh.vertices.means);
+    EXPECT_EQ(same.steps, 0);
+    EXPECT_EQ(same.refinements, 0);
+    EXPECT_EQ(same.held_out_points, 0U);
   }
+  EXPECT_EQ(fit(no_faces, sphere_cloud(500)).mesh.vertices.means, mesh.vertices.means);
+  EXPECT_TRUE(fit(CovMesh{}, PointCloud{}).mesh.vertices.empty());
+  EXPECT_TRUE(fit(CovMesh{}, sphere_cloud(500)).mesh.vertices.empty());
 }
 
-TEST(Fit, MovesNothingButTheMeans) {
+TEST(Fit, MovesNothingButTheMeansWithoutRefinements) {
   CovMesh mesh = sphere_mesh(2, 0.97);
   mesh.vertices.sigma0 = 0.01;
   mesh.vertices.spacing = 0.02;
-  const CovMesh fitted = fit(mesh, sphere_cloud(2000));
-  expect_same_but_means(fitted, mesh);
-  EXPECT_GT(max_distance(fitted.vertices.means, mesh.vertices.means), 0.01);
+  const Fit fitted = fit(mesh, sphere_cloud(2000), {.refinements = 0});
+  expect_same_but_means(fitted.mesh, mesh);
+  EXPECT_EQ(fitted.added_vertices, 0U);
+  EXPECT_GT(max_distance(fitted.mesh.vertices.means, mesh.vertices.means), 0.01);
 }
 
 TEST(Fit, BringsAShrunkenSphereBackToThePoints) {
@@ -98,31 +75,43 @@ TEST(Fit, BringsAShrunkenSphereBackToThePoints) {
   const PointCloud cloud = sphere_cloud(5000);
   std::vector<double> error;
   std::string table = "steps  RMS distance to the sphere\n";
-  for (int steps = 0; steps <= 6; ++steps) {
-    error.push_back(rms_to_unit_sphere(fit(mesh, cloud, {.steps = steps})));
+  for (int steps = 0; steps <= 4; ++steps) {
+    error.push_back(rms_to_unit_sphere(fit(mesh, cloud, {.steps = steps, .refinements = 0}).mesh));
     table += std::to_string(steps) + "  " + std::to_string(error.back()) + "\n";
   }
   SCOPED_TRACE(table);
   EXPECT_GT(error[0], 0.01);
-  for (int steps = 1; steps <= 3; ++steps) EXPECT_LT(error[steps], error[steps - 1]) << steps;
-  EXPECT_LT(error[5], error[0] / 3);
+  for (int steps = 1; steps <= 2; ++steps) EXPECT_LT(error[steps], error[steps - 1]) << steps;
+  EXPECT_LT(error[4], error[0] / 20);
+  EXPECT_LT(rms_to_unit_sphere(fit(mesh, cloud).mesh), error[0] / 20);
 }
 
-TEST(Fit, StepsCompose) {
-  const CovMesh mesh = sphere_mesh(2, 0.97);
-  const PointCloud cloud = sphere_cloud(2000, 0.01);
-  const CovMesh twice = fit(fit(mesh, cloud, {.steps = 2}), cloud, {.steps = 3});
-  EXPECT_EQ(twice.vertices.means, fit(mesh, cloud, {.steps = 5}).vertices.means);
+TEST(Fit, HeldOutPointsTellHowCloseItCame) {
+  const CovMesh mesh = sphere_mesh(3, 0.97);
+  const Fit fitted = fit(mesh, sphere_cloud(16000, 0.002));
+  EXPECT_NEAR(static_cast<double>(fitted.held_out_points), 1000, 100);  // three standard deviations of 16000 / 16
+  EXPECT_NEAR(fitted.held_out_before, 0.03, 0.02);
+  EXPECT_NEAR(fitted.held_out_after, 0.002 / 1.4826, 0.0005);  // the median of |noise|
+  EXPECT_EQ(fit(mesh, sphere_cloud(1500, 0.002)).held_out_points, 0U);
 }
 
-// Weights only enter as ratios, and a point of weight two is two points.
+TEST(Fit, StepsEndWhenPointsComeNoCloser) {
+  const Fit fitted = fit(sphere_mesh(3, 0.97), sphere_cloud(1500, 0.01), {.steps = 100, .refinements = 0});
+  EXPECT_GT(fitted.steps, 1);
+  EXPECT_LT(fitted.steps, 20);
+}
+
+// A point of weight three is three points.
 TEST(Fit, CountsAPointByItsWeight) {
   const CovMesh mesh = sphere_mesh(1, 0.97);
-  PointCloud weighted = sphere_cloud(1000, 0.01), repeated = weighted;
-  for (std::size_t i = 0; i < 1000; ++i) weighted.weights.push_back(3);
-  for (std::size_t i = 0; i < 1000; ++i)
-    for (int copy = 0; copy < 2; ++copy) repeated.positions.push_back(weighted.positions[i]);
-  EXPECT_LT(max_distance(fit(mesh, weighted).vertices.means, fit(mesh, repeated).vertices.means), 1e-12);
+  PointCloud weighted = sphere_cloud(500, 0.01), repeated = weighted;
+  weighted.weights.assign(500, 3);
+  for (int copy = 0; copy < 2; ++copy)
+    for (std::size_t i = 0; i < 500; ++i) repeated.positions.push_back(weighted.positions[i]);
+  const Fit expected = fit(mesh, repeated);
+  EXPECT_LT(max_distance(fit(mesh, weighted).mesh.vertices.means, expected.mesh.vertices.means), 1e-9);
+  weighted.weights.clear();
+  EXPECT_GT(max_distance(fit(mesh, weighted).mesh.vertices.means, expected.mesh.vertices.means), 1e-6);
 
   // Two shells: the surface goes to where the weight is.
   PointCloud shells = sphere_cloud(1000);
@@ -130,7 +119,7 @@ TEST(Fit, CountsAPointByItsWeight) {
   const auto mean_radius = [&](double inner, double outer) {
     shells.weights.assign(1000, inner);
     shells.weights.resize(2000, outer);
-    const CovMesh fitted = fit(mesh, shells);
+    const CovMesh fitted = fit(mesh, shells, {.refinements = 0}).mesh;
     double sum = 0;
     for (const Vec3& mean : fitted.vertices.means) sum += mean.norm() / static_cast<double>(fitted.vertices.size());
     return sum;
@@ -144,36 +133,43 @@ TEST(Fit, LeavesAPlaneThroughItsPointsAlone) {
   PointCloud cloud;
   for (int i = 0; i < 2000; ++i)
     cloud.positions.push_back(rotation * Vec3(random.uniform(0, 6), random.uniform(0, 6), 0));
-  EXPECT_LT(max_distance(fit(mesh, cloud).vertices.means, mesh.vertices.means), 1e-12);
+  EXPECT_LT(max_distance(fit(mesh, cloud).mesh.vertices.means, mesh.vertices.means), 1e-12);
 }
 
-// The points lie a constant above the plane: a mean offset of constants is that constant, so the first step arrives.
-TEST(Fit, ArrivesAtAParallelPlaneInOneStep) {
+// The points lie a constant above the plane. Only the anchor, one point against hundreds, holds the first step back.
+TEST(Fit, AlmostArrivesAtAParallelPlaneInOneStep) {
   const auto [mesh, rotation] = tilted_plane(6, true);
   test::RandomSequence random(8);
   PointCloud cloud;
   for (int i = 0; i < 20000; ++i)
     cloud.positions.push_back(rotation * Vec3(random.uniform(0, 6), random.uniform(0, 6), 0.125));
-  const CovMesh fitted = fit(mesh, cloud, {.steps = 1});
-  for (std::size_t v = 0; v < fitted.vertices.size(); ++v) {
-    const Vec3 move = rotation.transpose() * (fitted.vertices.means[v] - mesh.vertices.means[v]);
-    EXPECT_LT((move - Vec3(0, 0, 0.125)).norm(), 1e-12) << v;
-  }
+  const auto error = [&, &mesh = mesh, &rotation = rotation](int steps) {
+    const CovMesh fitted = fit(mesh, cloud, {.steps = steps, .refinements = 0}).mesh;
+    double largest = 0;
+    for (std::size_t v = 0; v < fitted.vertices.size(); ++v) {
+      const Vec3 move = rotation.transpose() * (fitted.vertices.means[v] - mesh.vertices.means[v]);
+      largest = std::max(largest, (move - Vec3(0, 0, 0.125)).norm());
+    }
+    return largest;
+  };
+  EXPECT_LT(error(1), 0.01 * 0.125);
+  EXPECT_LT(error(4), 1e-6);
+}
+
+/// A fifth of the points, or more, uniform in a cube.
+PointCloud with_outliers(PointCloud cloud, std::size_t outliers) {
+  test::Random random(17);
+  for (std::size_t i = 0; i < outliers; ++i) cloud.positions.push_back(random.in_cube(-1.5, 1.5));
+  return cloud;
 }
 
 TEST(Fit, IgnoresGrossOutliers) {
   const CovMesh mesh = sphere_mesh(3, 0.97);
-  const PointCloud clean = sphere_cloud(5000, 0.005);
-  PointCloud dirty = clean;
-  test::Random random(17);
-  for (int i = 0; i < 500; ++i) dirty.positions.push_back(random.uniform(1.4, 3) * random.direction());
-  const CovMesh without = fit(mesh, clean), with = fit(mesh, dirty);
-  double moved = 0, changed = 0;
-  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-    moved += (without.vertices.means[v] - mesh.vertices.means[v]).squaredNorm();
-    changed += (with.vertices.means[v] - without.vertices.means[v]).squaredNorm();
-  }
-  EXPECT_LT(std::sqrt(changed), 0.02 * std::sqrt(moved));
+  const PointCloud clean = sphere_cloud(8000, 0.005);
+  const double error = rms_to_unit_sphere(fit(mesh, clean).mesh);
+  const double with_fifth = rms_to_unit_sphere(fit(mesh, with_outliers(clean, 2000)).mesh);
+  EXPECT_LT(error, 0.002);
+  EXPECT_LT(with_fifth, 1.5 * error) << error;
 }
 
 // When more than half of the points lie in the surface exactly, the robust width is zero: the rest must not count.
@@ -183,21 +179,79 @@ TEST(Fit, IgnoresOutliersOfAnExactPlane) {
   PointCloud cloud;
   for (int i = 0; i < 2000; ++i)
     cloud.positions.emplace_back(random.uniform(0, 6), random.uniform(0, 6), i % 10 == 0 ? 2 : 0);
-  EXPECT_LT(max_distance(fit(mesh, cloud).vertices.means, mesh.vertices.means), 1e-12);
+  EXPECT_LT(max_distance(fit(mesh, cloud).mesh.vertices.means, mesh.vertices.means), 1e-12);
 }
 
-TEST(Fit, LeavesVerticesWithoutPointsWhereTheyAre) {
+TEST(Fit, LeavesVerticesFarFromThePointsWhereTheyAre) {
   const CovMesh mesh = sphere_mesh(3, 0.97);
   PointCloud half;
   for (const Vec3& p : sphere_cloud(4000).positions)
     if (p.z() > 0) half.positions.push_back(p);
-  const CovMesh fitted = fit(mesh, half, {.steps = 1});
+  const CovMesh fitted = fit(mesh, half, {.refinements = 0}).mesh;
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-    const double z = mesh.vertices.means[v].z();
-    if (std::abs(z) > 0.5) {
-      EXPECT_EQ(fitted.vertices.means[v] == mesh.vertices.means[v], z < 0) << v;
+    const double z = mesh.vertices.means[v].z(), move = (fitted.vertices.means[v] - mesh.vertices.means[v]).norm();
+    if (z > 0.3) {
+      EXPECT_GT(move, 0.02) << z;
+    }
+    if (z < -0.6) {
+      EXPECT_LT(move, 0.001) << z;
     }
   }
+}
+
+/// Two half planes that meet at a right angle in the y axis, and normals that turn between the rows next to it.
+CovMesh roof_mesh(Index cells) {
+  return test::lattice(cells, [](double x, double y) {
+    const double side = x < 0 ? -1 : 1, s = std::sqrt(0.5);
+    return std::pair(Vec3(s * x, y, -s * std::abs(x)), Vec3(side * s, 0, s));
+  });
+}
+double distance_to_roof(const Vec3& p) {
+  const double s = std::sqrt(0.5);
+  // Each side within its half plane, or else the ridge.
+  const auto side = [&](double sign) {
+    const double along = s * (sign * p.x() - p.z()), above = s * (sign * p.x() + p.z());
+    return along >= 0 ? std::abs(above) : std::hypot(p.x(), p.z());
+  };
+  return std::min(side(-1), side(1));
+}
+
+TEST(Fit, RefinesACrease) {
+  const CovMesh mesh = roof_mesh(14);
+  test::Random random(12);
+  PointCloud cloud;
+  const double s = std::sqrt(0.5);
+  for (int i = 0; i < 20000; ++i) {
+    const double x = random.uniform(-6, 6), y = random.uniform(-6, 6), noise = 0.01 * random.normal();
+    cloud.positions.emplace_back(s * x + (x < 0 ? -s : s) * noise, y, -s * std::abs(x) + s * noise);
+  }
+  const auto error = [&](int refinements) {
+    const CovMesh fitted = fit(mesh, cloud, {.refinements = refinements}).mesh;
+    return test::rms_of_surface(
+        fitted, [](const Vec3& p) { return std::abs(p.x()) < 1 && std::abs(p.y()) < 4 ? distance_to_roof(p) : 0; });
+  };
+  const double coarse = error(0), fine = error(2);
+  EXPECT_LT(fine, 0.7 * coarse) << coarse << " " << fine;
+}
+
+// Points that fill space pull neighbours apart: no step may turn a face by more than a right angle.
+TEST(Fit, StepsTurnNoFaceOver) {
+  std::size_t restrained = 0;
+  for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+    test::Random random(seed);
+    PointCloud cloud;
+    for (int i = 0; i < 300; ++i) cloud.positions.push_back(random.in_cube(-2, 2));
+    const CovMesh mesh = sphere_mesh(3, random.uniform(0.3, 1.5));
+    const Fit fitted = fit(mesh, cloud, {.steps = 1, .refinements = 0});
+    restrained += fitted.restrained_faces;
+    for (std::size_t f = 0; f < mesh.faces.size(); ++f)
+      EXPECT_GE(test::area_vector(mesh.faces, f, mesh.vertices.means)
+                    .dot(test::area_vector(mesh.faces, f, fitted.mesh.vertices.means)),
+                0)
+          << seed << " " << f;
+    for (const Vec3& mean : fit(mesh, cloud).mesh.vertices.means) EXPECT_TRUE(mean.allFinite());
+  }
+  EXPECT_GT(restrained, 100U);
 }
 
 /// Where the limit surface of a mesh in the plane z = 0 ends in the direction of x, along the middle third of that
@@ -226,7 +280,7 @@ TEST(Fit, ExtendsTheRimToWhereThePointsEnd) {
       for (double y = low.y(); y <= high.y(); y += step) cloud.positions.push_back({x, y, 0});
     double last = 0;
     for (const Vec3& p : cloud.positions) last = std::max(last, p.x());
-    const CovMesh fitted = fit(mesh, cloud, {.steps = 10});
+    const CovMesh fitted = fit(mesh, cloud, {.steps = 10, .refinements = 0}).mesh;
     EXPECT_NEAR(end(fitted), last, step) << beyond;
     EXPECT_GE(end(fitted), start - 1e-12) << beyond;
     for (const Vec3& mean : fitted.vertices.means) EXPECT_NEAR(mean.z(), 0, 1e-12);
@@ -238,13 +292,13 @@ TEST(Fit, ExtendsTheRimToWhereThePointsEnd) {
   PointCloud cloud;
   for (double x = low.x(); x <= start; x += step)
     for (double y = low.y(); y <= high.y(); y += step) cloud.positions.push_back({x, y, 0});
-  const double without = end(fit(mesh, cloud));
+  const double without = end(fit(mesh, cloud).mesh);
   cloud.positions.push_back({start + 3.9 * step, 0.5 * (low.y() + high.y()), 0});
-  EXPECT_LT(end(fit(mesh, cloud)) - without, step);
+  EXPECT_LT(end(fit(mesh, cloud).mesh) - without, step);
 
   // Without a known spacing the rim stays.
   mesh.vertices.spacing = 0;
-  EXPECT_NEAR(end(fit(mesh, cloud)), start, 1e-9);
+  EXPECT_NEAR(end(fit(mesh, cloud).mesh), start, 1e-9);
 }
 
 TEST(Fit, FollowsRigidMotions) {
@@ -257,22 +311,22 @@ TEST(Fit, FollowsRigidMotions) {
   for (Vec3& p : moved.vertices.means) p = rotation * p + shift;
   for (Sym3& c : moved.vertices.covariances) c = congruence(rotation, c);
   for (Vec3& p : moved_cloud.positions) p = rotation * p + shift;
-  std::vector<Vec3> expected = fit(mesh, cloud).vertices.means;
+  std::vector<Vec3> expected = fit(mesh, cloud).mesh.vertices.means;
   for (Vec3& p : expected) p = rotation * p + shift;
-  EXPECT_LT(max_distance(fit(moved, moved_cloud).vertices.means, expected), 1e-9);
+  EXPECT_LT(max_distance(fit(moved, moved_cloud).mesh.vertices.means, expected), 1e-9);
 }
 
 TEST(Fit, FollowsPowersOfTwoToTheBit) {
   const CovMesh mesh = sphere_mesh(2, 0.97);
   const PointCloud cloud = sphere_cloud(2000, 0.02);
-  const CovMesh expected = fit(mesh, cloud);
+  const CovMesh expected = fit(mesh, cloud).mesh;
   for (const double scale : {0x1p-20, 0.5, 0x1p30}) {
     CovMesh scaled = mesh;
     PointCloud scaled_cloud = cloud;
     for (Vec3& p : scaled.vertices.means) p *= scale;
     for (Sym3& c : scaled.vertices.covariances) c *= scale * scale;
     for (Vec3& p : scaled_cloud.positions) p *= scale;
-    scaled = fit(scaled, scaled_cloud);
+    scaled = fit(scaled, scaled_cloud).mesh;
     for (Vec3& p : scaled.vertices.means) p /= scale;
     EXPECT_EQ(scaled.vertices.means, expected.vertices.means) << scale;
   }
@@ -280,13 +334,20 @@ TEST(Fit, FollowsPowersOfTwoToTheBit) {
 
 TEST(Fit, DoesNotDependOnThreads) {
   const CovMesh mesh = sphere_mesh(3, 0.97);
-  const PointCloud cloud = sphere_cloud(20000, 0.02);
+  PointCloud cloud = sphere_cloud(20000, 0.01);
+  for (Vec3& p : cloud.positions) p *= 1 + 0.05 * std::sin(25 * p.x());  // detail to refine for
   RunContext context;
   context.threads = 1;
-  const CovMesh one = fit(mesh, cloud, {}, context);
+  const Fit one = fit(mesh, cloud, {}, context);
+  EXPECT_GT(one.added_vertices, 0U);
   for (const int threads : {2, 4}) {
     context.threads = threads;
-    EXPECT_EQ(fit(mesh, cloud, {}, context).vertices.means, one.vertices.means) << threads;
+    const Fit other = fit(mesh, cloud, {}, context);
+    EXPECT_EQ(other.mesh.vertices.means, one.mesh.vertices.means) << threads;
+    EXPECT_EQ(other.mesh.vertices.covariances, one.mesh.vertices.covariances) << threads;
+    EXPECT_EQ(other.mesh.vertices.weights, one.mesh.vertices.weights) << threads;
+    EXPECT_EQ(other.mesh.faces, one.mesh.faces) << threads;
+    EXPECT_EQ(other.held_out_after, one.held_out_after) << threads;
   }
 }
 
@@ -302,10 +363,12 @@ TEST(Fit, RefusesOptionsOutOfRange) {
   using testing::AllOf, testing::HasSubstr;
   EXPECT_THAT(message({.steps = -1}), AllOf(HasSubstr("steps"), HasSubstr("-1")));
   EXPECT_THAT(message({.steps = 101}), AllOf(HasSubstr("steps"), HasSubstr("101")));
-  EXPECT_THAT(message({.level = -1}), AllOf(HasSubstr("level"), HasSubstr("-1")));
+  EXPECT_THAT(message({.refinements = -1}), AllOf(HasSubstr("refinements"), HasSubstr("-1")));
+  EXPECT_THAT(message({.refinements = 11}), AllOf(HasSubstr("refinements"), HasSubstr("11")));
+  EXPECT_THAT(message({.level = 0}), AllOf(HasSubstr("level"), HasSubstr("0")));
   EXPECT_THAT(message({.level = 6}), AllOf(HasSubstr("level"), HasSubstr("6")));
-  EXPECT_NO_THROW((FitOptions{.steps = 100, .level = 5}.check()));
-  EXPECT_NO_THROW((FitOptions{.steps = 0, .level = 0}.check()));
+  EXPECT_NO_THROW((FitOptions{.steps = 100, .refinements = 10, .level = 5}.check()));
+  EXPECT_NO_THROW((FitOptions{.steps = 0, .refinements = 0, .level = 1}.check()));
 }
 
 TEST(Fit, StopsWhenCancelled) {
@@ -316,10 +379,21 @@ TEST(Fit, StopsWhenCancelled) {
   context.on_progress = [&](std::string_view stage, double share) {
     EXPECT_EQ(stage, "fit");
     shares.push_back(share);
-    cancel = shares.size() == 2;
   };
-  EXPECT_THROW(fit(sphere_mesh(1, 0.97), sphere_cloud(500), {.steps = 4}, context), Cancelled);
-  EXPECT_THAT(shares, testing::ElementsAre(0.25, 0.5));
+  const CovMesh mesh = sphere_mesh(1, 0.97);
+  const PointCloud cloud = sphere_cloud(500, 0.1);
+  fit(mesh, cloud, {.refinements = 0}, context);
+  EXPECT_THAT(shares, testing::ElementsAre(0.5, 1));
+  shares.clear();
+  context.on_progress = [&](std::string_view, double share) {
+    shares.push_back(share);
+    cancel = true;
+  };
+  EXPECT_THROW(fit(mesh, cloud, {.refinements = 0}, context), Cancelled);
+  EXPECT_THAT(shares, testing::ElementsAre(0.5));
+  shares.clear();
+  EXPECT_THROW(fit(mesh, cloud, {}, context), Cancelled);  // before the first step
+  EXPECT_THAT(shares, testing::IsEmpty());
 }
 
 }  // namespace

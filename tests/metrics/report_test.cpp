@@ -56,12 +56,14 @@ ErrorReport full_report() {
   covmesh.vertices = 58;
   covmesh.faces = 110;
   covmesh.topology = topology(square(0).faces, 4);
+  covmesh.light_components = 4;
+  covmesh.light_weight = 4.5;
   covmesh.leftover_components = 2;
   covmesh.leftover_weight = 3.25;
   covmesh.self_intersecting_faces = 4;
   covmesh.boundary_loops = measure_boundary_loops(square(0).positions, square(0).faces, {});
   report.covmesh = covmesh;
-  report.fit = FitReport{5, 0.01, 0.1};
+  report.fit = FitReport{7, 2, 31, 4, 0.01, 0.1, 120, 0.05, 0.03};
   report.mesh->level = 2;
   report.mesh->file = FileReport{"mesh.ply", "ply", "0123456789abcdef"};
   report.compression = CompressionReport{1560, 910, 910.0 / 1560};

@@ -120,8 +120,8 @@ TEST(Reconstruct, ReportsWhatItReturns) {
   EXPECT_EQ(report.covmesh->faces, result.covmesh.faces.size());
   EXPECT_EQ(report.covmesh->boundary_loops.size(),
             topology(result.covmesh.faces, result.covmesh.vertices.size()).boundary_loops);
-  EXPECT_EQ(report.covmesh->vertices + report.covmesh->leftover_components,
-            report.mixture->components + report.covmesh->split_vertices);
+  EXPECT_EQ(report.covmesh->vertices + report.covmesh->light_components + report.covmesh->leftover_components,
+            report.mixture->components + report.covmesh->split_vertices + report.fit->added_vertices);
   EXPECT_GT(report.fit->max_shift, report.fit->mean_shift);
 
   const Topology t = topology(result.mesh.faces, result.mesh.positions.size());

@@ -34,10 +34,10 @@ void expect_sound(const Mixture& mixture, const Triangulation& result) {
   EXPECT_TRUE(topology(test::welded(mesh.faces, mesh.vertices.means), mesh.vertices.size()).manifold());
 
   const double total = sum(mixture.weights);
-  double weight = 0;  // of what stands for points
-  for (Index v = 0; v < mesh.vertices.size(); ++v)
+  double weight = result.light_weight + result.leftover_weight + result.dropped_speck_weight;
+  for (Index v = 0; v < mesh.vertices.size(); ++v)  // of what stands for points
     if (result.component_of_vertex[v] != no_index) weight += mesh.vertices.weights[v];
-  EXPECT_NEAR(weight + result.leftover_weight + result.dropped_speck_weight, total, 1e-12 * total);
+  EXPECT_NEAR(weight, total, 1e-12 * total);
 
   ASSERT_EQ(result.component_of_vertex.size(), mesh.vertices.size());
   std::map<Index, std::size_t> copies;
@@ -52,10 +52,11 @@ void expect_sound(const Mixture& mixture, const Triangulation& result) {
   EXPECT_GE(made, result.filled_vertices);
   EXPECT_EQ(result.loop_reasons.size(), t.boundary_loops);
   EXPECT_LE(mesh.vertices.size() - made - copies.size(), result.split_vertices);
-  EXPECT_LE(copies.size() + result.leftover_components, mixture.size());
+  const std::size_t unused = result.light_components + result.leftover_components;
+  EXPECT_LE(copies.size() + unused, mixture.size());
   if (result.dropped_specks == 0 && result.untangled == 0) {
     EXPECT_EQ(mesh.vertices.size() - made - copies.size(), result.split_vertices);
-    EXPECT_EQ(copies.size() + result.leftover_components, mixture.size());
+    EXPECT_EQ(copies.size() + unused, mixture.size());
   }
   for (Index v = 0; v < mesh.vertices.size(); ++v)
     if (result.component_of_vertex[v] != no_index && copies[result.component_of_vertex[v]] == 1) {
@@ -523,6 +524,7 @@ TEST(Triangulate, OptionsOutOfRangeNameTheField) {
     expect({.min_overlap = bad}, "min_overlap");
     expect({.min_dihedral = bad}, "min_dihedral");
     expect({.min_component_share = bad}, "min_component_share");
+    expect({.min_weight_share = bad}, "min_weight_share");
   }
   expect({.min_overlap = 0}, "min_overlap");
   expect({.max_pinhole_edges = -1}, "max_pinhole_edges");
