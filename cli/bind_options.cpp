@@ -60,6 +60,9 @@ void bind_hem(Arguments& arguments, ReconstructOptions& options) {
                    "how unlike Gaussians may be that merge: Kullback-Leibler divergence at most X^2/2", "(0, 10]");
   arguments.option("--hem-levels", "N", options.hem.max_levels,
                    "largest number of reduction levels, 0 = until a level hardly reduces", ">= 0");
+  arguments.option("--flat-levels", "N", options.hem.flat_levels,
+                   "levels after those, at most, that merge only within flat places", ">= 0");
+  arguments.option("--flat-alpha", "X", options.hem.flat_alpha, "--alpha of those levels", "(0, 10]");
   arguments.option("--target", "N", options.hem.target_components,
                    "wanted number of Gaussians, hit within 2 % where the levels can reach it, 0 = as the levels end",
                    ">= 0");

@@ -41,10 +41,27 @@ void draw_parents(Candidates& c, std::size_t n, double probability, int level, s
   }
 }
 
+/// Which components may merge.
+struct MergeRule {
+  double alpha;
+  bool within_flat = false;
+};
+
+/// How far, of the smallest eigenvalue of the parent, a child may lie off its plane and be thicker, both as variances.
+constexpr double flatness = 0.1;
+
+/// Whether the child, `shift` away, would bend or thicken the parent with these axes.
+bool bends(const Eigen3& axes, const Vec3& shift, const Sym3& child) {
+  const Vec3 normal = axes.vectors.col(0);
+  const double off = normal.dot(shift);
+  return off * off > flatness * axes.values[0] || child.quadratic_form(normal) > (1 + flatness) * axes.values[0];
+}
+
 /// Steps 2 and 3: the components within reach of each parent, and their log-likelihoods (Preiner et al. 2014, Eq. 9,
 /// 11; Preiner et al. 2019, appendix A). Since tr(S) - 3 - ln|S| >= 0 for every S = Σs⁻¹Σi, D_KL <= α²/2 implies a
 /// Mahalanobis distance of at most α, so the ball of radius α sqrt(λmax(Σs)) holds all children.
-void list_children(Candidates& c, const Mixture& level, double alpha, const RunContext& context) {
+void list_children(Candidates& c, const Mixture& level, const MergeRule& rule, const RunContext& context) {
+  const double alpha = rule.alpha;
   const std::size_t n = level.size();
   std::vector<double> log_determinant(n);
   parallel_for(n, context,
@@ -79,6 +96,7 @@ void list_children(Candidates& c, const Mixture& level, double alpha, const RunC
           const Sym3& covariance = level.covariances[s];
           const Sym3 precision = Cholesky3(covariance).inverse();
           const double log_weight = std::log(level.weights[s]);
+          const Eigen3 axes = rule.within_flat ? eigen_decomposition(covariance) : Eigen3{};
           index.within(level.means[s], alpha * std::sqrt(largest_eigenvalue(covariance)), near);
           const std::size_t before = out.child.size();
           for (const Neighbor& neighbor : near) {
@@ -87,6 +105,7 @@ void list_children(Candidates& c, const Mixture& level, double alpha, const RunC
                                      trace_of_product(precision, level.covariances[i]);
             const double twice_divergence = quadratic - 3 - log_determinant[i] + log_determinant[s];
             if (!(twice_divergence <= alpha * alpha)) continue;
+            if (rule.within_flat && bends(axes, level.means[i] - level.means[s], level.covariances[i])) continue;
             out.child.push_back(i);
             out.log_likelihood.push_back(log_weight +
                                          level.weights[i] * (-log_2pi - 0.5 * (log_determinant[s] + quadratic)));
@@ -111,11 +130,11 @@ void list_children(Candidates& c, const Mixture& level, double alpha, const RunC
   for (std::size_t i = 0; i < n; ++i) c.orphans += !c.is_parent[i] && !c.listed[i] ? 1 : 0;
 }
 
-Candidates find_candidates(const Mixture& level, double probability, double alpha, int number,
+Candidates find_candidates(const Mixture& level, double probability, const MergeRule& rule, int number,
                            const RunContext& context) {
   Candidates c;
   draw_parents(c, level.size(), probability, number, context.seed);
-  list_children(c, level, alpha, context);
+  list_children(c, level, rule, context);
   return c;
 }
 
@@ -217,7 +236,7 @@ Candidates adapt_probability(const Mixture& level, Candidates at_or_below, std::
   };
   for (int step = 0; step < 30 && error(best) > 0.005 * static_cast<double>(target); ++step) {
     const double probability = 0.5 * (low + high);
-    Candidates c = find_candidates(level, probability, options.alpha, number, context);
+    Candidates c = find_candidates(level, probability, {options.alpha}, number, context);
     (c.next_size() > target ? high : low) = probability;
     if (error(c) < error(best)) best = std::move(c);
   }
@@ -236,6 +255,8 @@ void HemOptions::check() const {
   if (!(parent_probability > 0 && parent_probability < 1)) fail("parent_probability", "in (0, 1)", parent_probability);
   if (!(min_reduction >= 0 && min_reduction < 1)) fail("min_reduction", "in [0, 1)", min_reduction);
   if (max_levels < 0) fail("max_levels", "at least 0", max_levels);
+  if (flat_levels < 0) fail("flat_levels", "at least 0", flat_levels);
+  if (!(flat_alpha > 0 && flat_alpha <= 10)) fail("flat_alpha", "in (0, 10]", flat_alpha);
   if (neighbors < 4 || neighbors > 1000) fail("neighbors", "in [4, 1000]", neighbors);
 }
 
@@ -260,21 +281,34 @@ Mixture build_mixture(const PointCloud& cloud, const HemOptions& given, const Ru
   }
   if (options.on_level) options.on_level(0, level);
   const auto start = static_cast<double>(level.size());
-  for (int number = 1; options.max_levels == 0 || number <= options.max_levels; ++number) {
-    const std::size_t n = level.size();
-    const std::size_t target = options.target_components;
-    if (target > 0 && n <= target) break;
-    Candidates c = find_candidates(level, options.parent_probability, options.alpha, number, context);
-    const bool last = target > 0 && c.next_size() <= target;
-    if (last) c = adapt_probability(level, std::move(c), target, options, number, context);
-    const double removed = 1 - static_cast<double>(c.next_size()) / static_cast<double>(n);
-    if (!last && (c.next_size() == n || removed < options.min_reduction)) break;
-    responsibilities(c, n);
-    if (!component_of.empty()) follow_points(component_of, c, n);
+  int number = 1;
+  const auto advance = [&](Candidates& c) {
+    responsibilities(c, level.size());
+    if (!component_of.empty()) follow_points(component_of, c, level.size());
     level = next_level(level, c, context);
     context.progress("mixture", 1 - std::log(static_cast<double>(level.size())) / std::log(start + 1));
     if (options.on_level) options.on_level(number, level);
+    ++number;
+  };
+  const std::size_t target = options.target_components;
+  const auto worth_it = [&](const Candidates& c) {
+    const double removed = 1 - static_cast<double>(c.next_size()) / static_cast<double>(level.size());
+    return c.next_size() < level.size() && removed >= options.min_reduction;
+  };
+  const auto allowed = [&] { return options.max_levels == 0 || number <= options.max_levels; };
+  while (allowed() && !(target > 0 && level.size() <= target)) {
+    Candidates c = find_candidates(level, options.parent_probability, {options.alpha}, number, context);
+    const bool last = target > 0 && c.next_size() <= target;
+    if (last) c = adapt_probability(level, std::move(c), target, options, number, context);
+    if (!last && !worth_it(c)) break;
+    advance(c);
     if (last) break;
+  }
+  for (int flat = 0; flat < options.flat_levels && allowed() && !(target > 0 && level.size() <= target + target / 50);
+       ++flat) {
+    Candidates c = find_candidates(level, options.parent_probability, {options.flat_alpha, true}, number, context);
+    if (!worth_it(c) || (target > 0 && c.next_size() < target)) break;
+    advance(c);
   }
   if (!component_of.empty()) carry_attributes(cloud, component_of, level, context);
   return level;

@@ -30,6 +30,13 @@ struct HemOptions {
   double min_reduction = 0.025;
   /// Largest number of levels. Range: >= 0; 0 = until the stop rule.
   int max_levels = 0;
+  /// Levels after those, at most, that merge only within flat places: a child's mean lies off the plane of its parent,
+  /// and its thickness exceeds the parent's, by at most a tenth of the parent's smallest eigenvalue (squared distance,
+  /// variance). Thins out what is smooth and leaves detail alone. None if the wanted number is reached before.
+  /// Range: >= 0.
+  int flat_levels = 0;
+  /// `alpha` of those levels. Range: (0, 10].
+  double flat_alpha = 2.5;
   /// Wanted number of components, hit within 2 % where the levels can reach it. Range: >= 0; 0 = as the levels end.
   std::size_t target_components = 0;
   InitialCovariance initial = InitialCovariance::isotropic;

@@ -61,19 +61,23 @@ namespace {
 /// How much heavier a bubble may be than a speck.
 constexpr double bubble_factor = 10;
 
-/// Per component: it is closed and overlaps a heavier one. `members` are pairs of component and vertex.
+/// Per component: it is closed and each of its vertices overlaps a heavier one. `members` are pairs of component and
+/// vertex.
 std::vector<char> bubbles(const OverlapGraph& graph, const HalfEdges& he, const Components& components,
                           const std::vector<std::pair<Index, Index>>& members, const std::vector<double>& weight) {
-  std::vector<char> bubble(components.count, 0);
-  if (graph.links.empty()) return bubble;
+  if (graph.links.empty()) return std::vector<char>(components.count, 0);
+  std::vector<char> bubble(components.count, 1);
   std::vector<Index> component_at(graph.offset.size() - 1, no_index);
   for (const auto& [component, v] : members)
     if (component_at[v] == no_index || weight[component] > weight[component_at[v]]) component_at[v] = component;
-  for (const auto& [component, v] : members)
-    for (const OverlapGraph::Link& link : graph[v]) {
+  for (const auto& [component, v] : members) {
+    const auto links = graph[v];
+    const bool covered = std::any_of(links.begin(), links.end(), [&, c = component](const OverlapGraph::Link& link) {
       const Index other = component_at[link.to];
-      if (other != no_index && weight[other] > weight[component]) bubble[component] = 1;
-    }
+      return other != no_index && weight[other] > weight[c];
+    });
+    if (!covered) bubble[component] = 0;
+  }
   for (std::size_t h = 0; h < he.opposite.size(); ++h)
     if (he.opposite[h] == no_index) bubble[components.of_face[he.face[h]]] = 0;
   return bubble;

@@ -16,8 +16,8 @@ struct Specks {
   double weight = 0;      ///< of the vertices that no face uses any more
 };
 /// Removes connected components of faces whose vertices carry less than `min_share` of the weight of the mixture, and
-/// closed ones of less than ten times that which overlap a heavier one: what was left of a sheet that the rest closed
-/// over makes such bubbles. The heaviest component stays. `graph` may be empty.
+/// closed ones of less than ten times that which overlap a heavier one in every vertex: what was left of a sheet that
+/// the rest closed over makes such bubbles. The heaviest component stays. `graph` may be empty.
 Specks drop_specks(const Mixture& vertices, const OverlapGraph& graph, FaceList& faces, double min_share);
 
 }  // namespace gpsrecon
