@@ -30,6 +30,9 @@ constexpr int steps_on_all = 2;
 /// Rounds of refinement end when fewer than this part of the edges show detail.
 constexpr double min_split_share = 0.002;
 
+/// Offsets below this part of the extent of the surface are rounding errors, in which there is no detail.
+constexpr double rounding = 1e-13;
+
 /// Points that do not take part, one in sixteen at random; none of a small cloud.
 std::vector<char> hold_out(std::size_t points, std::uint64_t seed) {
   std::vector<char> held_out(points, 0);
@@ -157,6 +160,16 @@ struct FitState {
   std::vector<double> losses;  ///< of the points, see point_losses()
 };
 
+/// Diagonal of the bounding box.
+double extent(const std::vector<Vec3>& positions) {
+  Vec3 low = positions.front(), high = low;
+  for (const Vec3& p : positions) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  return (high - low).norm();
+}
+
 /// What one control mesh after the other is fitted with.
 struct Fitting {
   const PointCloud& cloud;
@@ -230,10 +243,11 @@ std::vector<char> Fitting::round(Fit& fit, const TriangleConnectivity& topology,
     samples = surface.evaluate(mesh.vertices, true, context);
     assign(samples, graph, false);
   }
-  const Residuals residuals =
-      robust_residuals(surface, state.assignment, cloud, held_out, median_offset(state.assignment));
+  const double typical = median_offset(state.assignment);
+  const Residuals residuals = robust_residuals(surface, state.assignment, cloud, held_out, typical);
   const std::vector<Index> control = surface.control_of_samples();
   for (Index& s : state.assignment.sample) s = control[s];
+  if (typical <= rounding * extent(samples.positions)) return std::vector<char>(topology.edge_count(), 0);
   return edges_with_detail(surface, topology, residuals);
 }
 

@@ -7,7 +7,8 @@
 namespace gpsrecon {
 namespace {
 
-/// A jittered sheet of 15 x 15 flat Gaussians of weight 40 at unit spacing, and then single points just above it.
+/// A jittered sheet of 15 x 15 flat Gaussians of weight 40 at unit spacing, and then single points beside
+/// and above its rim.
 constexpr Index sheet_size = 225, stray_count = 20;
 Mixture sheet_with_strays() {
   test::Random random(52);
@@ -21,7 +22,7 @@ Mixture sheet_with_strays() {
   mixture.weights.assign(sheet_size, 40);
   Mixture strays;
   for (Index i = 0; i < stray_count; ++i) {
-    const double x = random.uniform(1, 13), y = random.uniform(1, 13);
+    const double x = (i % 2 == 0 ? -1 : 15) + random.uniform(-0.2, 0.2), y = random.uniform(1, 13);
     strays.means.emplace_back(x, y, random.uniform(0.4, 0.6));
   }
   strays.covariances.assign(stray_count, Sym3::identity(0.04));
@@ -59,7 +60,7 @@ TEST(LightComponents, AreLeftOutAndCounted) {
   const Triangulation all = triangulate(mixture, {.min_weight_share = 0});
   EXPECT_EQ(all.light_components, 0U);
   EXPECT_EQ(all.light_weight, 0);
-  EXPECT_GT(highest(all.mesh), 0.3);  // so there was something to leave out
+  EXPECT_GT(highest(all.mesh), 0.3);  // the rim reached for them
 }
 
 TEST(LightComponents, AreNoneWhereAllWeighTheSame) {
