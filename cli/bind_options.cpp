@@ -105,6 +105,8 @@ void bind_fit(Arguments& arguments, FitOptions& options) {
                    "steps that move the surface through the points, at most, per round; 0 = no fit", "[0, 100]");
   arguments.option("--refinements", "N", options.refinements,
                    "rounds, at most, that split control edges where the points show more detail", "[0, 10]");
+  arguments.option("--max-vertices", "N", options.max_vertices,
+                   "vertices those rounds may lead to, at most, strongest detail first; 0 = no limit", ">= 0");
 }
 
 void bind_subdivide(Arguments& arguments, ReconstructOptions& options) {

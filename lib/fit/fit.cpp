@@ -111,6 +111,12 @@ std::size_t restrain(const CovMesh& mesh, const std::vector<Vec3>& normals, std:
   return static_cast<std::size_t>(std::count(ever.begin(), ever.end(), 1));
 }
 
+/// How many vertices may still be added.
+std::size_t room(const CovMesh& mesh, const FitOptions& options) {
+  const std::size_t n = mesh.vertices.size(), most = options.max_vertices > 0 ? options.max_vertices : no_index;
+  return most - std::min(n, most);
+}
+
 /// What one control mesh after the other is fitted with.
 struct Fitting {
   const PointCloud& cloud;
@@ -127,7 +133,7 @@ struct Fitting {
   void assign(const SurfaceSamples& samples, const SampleGraph& graph, bool first);
   std::size_t step(CovMesh& mesh, const LimitSurface& surface, const ControlEdges& edges, const Rim& rim,
                    const SurfaceSamples& samples);
-  std::vector<char> round(Fit& fit, const TriangleConnectivity& topology, int steps);
+  std::vector<double> round(Fit& fit, const TriangleConnectivity& topology, int steps);
 };
 
 void Fitting::assign(const SurfaceSamples& samples, const SampleGraph& graph, bool first) {
@@ -155,9 +161,9 @@ std::size_t Fitting::step(CovMesh& mesh, const LimitSurface& surface, const Cont
   return restrained;
 }
 
-/// Steps on one control mesh, until the points come no closer. Returns the control edges where the points show
-/// more detail, and hands the points over to the control vertices, which keep their numbers when edges are split.
-std::vector<char> Fitting::round(Fit& fit, const TriangleConnectivity& topology, int steps) {
+/// Steps on one control mesh, until the points come no closer. Returns the evidence for more detail per control edge,
+/// and hands the points over to the control vertices, which keep their numbers when edges are split.
+std::vector<double> Fitting::round(Fit& fit, const TriangleConnectivity& topology, int steps) {
   CovMesh& mesh = fit.mesh;
   const LimitSurface surface(mesh.faces, mesh.vertices.size(), options.level, LoopWeights::loop, CornerRule::smooth,
                              context);
@@ -208,7 +214,7 @@ Fit fit(CovMesh mesh, const PointCloud& cloud, const FitOptions& options, const 
   std::vector<double> losses;
   for (int round = 0;; ++round) {
     const TriangleConnectivity topology = triangle_connectivity(result.mesh.faces, result.mesh.vertices.size());
-    const std::vector<char> detail = fitting.round(result, topology, options.steps);
+    const std::vector<double> detail = fitting.round(result, topology, options.steps);
     if (round > 0 && held_out_rise(losses, fitting.losses, fitting.held_out) > significant_rise) {
       result.mesh = std::move(coarser);
       break;
@@ -220,10 +226,12 @@ Fit fit(CovMesh mesh, const PointCloud& cloud, const FitOptions& options, const 
     losses = fitting.losses;
     result.held_out_after = held_out_median(fitting.assignment, fitting.held_out);
     context.progress("fit", static_cast<double>(round + 1) / (options.refinements + 1));
-    const auto marked = static_cast<double>(std::count(detail.begin(), detail.end(), 1));
-    if (round == options.refinements || marked <= min_split_share * static_cast<double>(detail.size())) break;
+    const auto shown = static_cast<double>(detail.size() - std::count(detail.begin(), detail.end(), 0.0));
+    if (round == options.refinements || shown <= min_split_share * static_cast<double>(detail.size())) break;
+    const std::vector<char> split = strongest_edges(result.mesh, topology, detail, room(result.mesh, options));
+    if (std::count(split.begin(), split.end(), 1) == 0) break;
     coarser = std::move(result.mesh);
-    result.mesh = split_edges(coarser, topology, detail, context);
+    result.mesh = split_edges(coarser, topology, split, context);
   }
   if (result.held_out_points > 0) {
     fitting.held_out.assign(cloud.size(), 0);
