@@ -19,10 +19,10 @@ struct LikelihoodOptions {
   void check() const;
 };
 
-/// ln p(x) of every point, p(x) = (1 - ε) Σ_s w_s / w f_s(x) + ε / V with f_s as in core/gaussian.h, w the total weight,
-/// ε and V share and volume of the outliers. What lies beyond reach 6 is below 2e-8 of the densities at the means.
-/// Mixture and points in the same frame. O(n k) for n points within reach of k components each; O(log m) more to find
-/// them. Throws OptionError, InvariantError for an empty mixture, Cancelled.
+/// ln p(x) of every point, p(x) = (1 - ε) Σ_s w_s / w f_s(x) + ε / V with f_s as in core/gaussian.h, w the total
+/// weight, ε and V share and volume of the outliers. What lies beyond reach 6 is below 2e-8 of the densities at the
+/// means. Mixture and points in the same frame. O(n k) for n points within reach of k components each; O(log m) more to
+/// find them. Throws OptionError, InvariantError for an empty mixture, Cancelled.
 std::vector<double> log_likelihoods(const Mixture& mixture, std::span<const Vec3> points,
                                     const LikelihoodOptions& options = {}, const RunContext& context = {});
 

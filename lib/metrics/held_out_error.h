@@ -20,10 +20,10 @@ struct HeldOutError {
 /// independent from point to point, so the product of the offsets of two points next to each other has the squared
 /// error as its mean, whatever the noise. Each point is paired with the one whose foot on the surface, on the same
 /// side, is nearest to its own: not the nearest in space, whose noise would be alike. A pair of which only one point
-/// is farther out than seven times the median offset does not count: that point is an outlier. Points beyond a rim count with
-/// their distance. Blind to what the points share (bias of the scanner, registration), to detail finer than the
-/// distance of a pair, and to surface where there are no points.
-/// Positions in the frame of the mesh. O(n log n). Throws InvariantError as SurfaceDistance, Cancelled.
+/// is farther out than seven times the median offset does not count: that point is an outlier. Points beyond a rim
+/// count with their distance. Blind to what the points share (bias of the scanner, registration), to detail finer than
+/// the distance of a pair, and to surface where there are no points. Positions in the frame of the mesh. O(n log n).
+/// Throws InvariantError as SurfaceDistance, Cancelled.
 HeldOutError held_out_error(const Mesh& mesh, std::span<const Vec3> points, const RunContext& context = {});
 
 }  // namespace gpsrecon

@@ -325,18 +325,18 @@ std::string summary(const ErrorReport& r) {
   if (r.scale && r.scale->search && !r.scale->search->tried.empty()) {
     const ScaleSearchReport& search = *r.scale->search;
     const ScaleTrial& chosen = search.tried[search.chosen];
-    line("search", "for a " + std::string(search.by == "budget" ? "budget" : "largest error") + " of " +
-                       (search.by == "budget" ? number(search.wanted, 12) + " vertices"
-                                              : number(100 * search.wanted) + " %") +
-                       ": detail " + number(chosen.detail) + " of " + count_of(search.tried.size(), "kernel") +
-                       " tried" + (chosen.error ? ", error at most " + length_text(*chosen.error, diagonal) : ""));
+    line("search",
+         "for a " + std::string(search.by == "budget" ? "budget" : "largest error") + " of " +
+             (search.by == "budget" ? number(search.wanted, 12) + " vertices" : number(100 * search.wanted) + " %") +
+             ": detail " + number(chosen.detail) + " of " + count_of(search.tried.size(), "kernel") + " tried" +
+             (chosen.error ? ", error at most " + length_text(*chosen.error, diagonal) : ""));
   }
   if (r.scale && r.scale->check) {
     std::string values;
     for (const KernelLikelihood& t : r.scale->check->tried)
       values += (values.empty() ? "" : ", ") + number(t.mean_log_likelihood) + " with " + number(t.factor, 3);
-    line("scale check", "log-likelihood per held-out point " + values + " automatic kernels; best " +
-                            number(r.scale->check->best, 3));
+    line("scale check",
+         "log-likelihood per held-out point " + values + " automatic kernels; best " + number(r.scale->check->best, 3));
   }
   if (r.mixture)
     line("mixture", std::to_string(r.mixture->components) + " Gaussians" +

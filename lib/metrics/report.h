@@ -70,10 +70,10 @@ struct ScaleCheckReport {
 
 /// The resolution found in the cloud and the kernel that follows from it.
 struct ScaleReport {
-  double spacing = 0;  ///< A, side of the area per point
-  double noise = 0;    ///< ν, standard deviation across the surface
-  double sigma0 = 0;   ///< standard deviation of the kernel each point was given
-  std::string choice;  ///< how sigma0 was chosen, in words
+  double spacing = 0;                       ///< A, side of the area per point
+  double noise = 0;                         ///< ν, standard deviation across the surface
+  double sigma0 = 0;                        ///< standard deviation of the kernel each point was given
+  std::string choice;                       ///< how sigma0 was chosen, in words
   std::optional<ScaleSearchReport> search;  ///< if there was one
   std::optional<ScaleCheckReport> check;    ///< if it was asked for
 };

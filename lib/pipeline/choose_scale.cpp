@@ -20,7 +20,8 @@ constexpr double close_enough = 0.95;
 constexpr int max_trials = 12;
 /// No kernel is wider than 16 automatic ones: the time and memory of a level grow with the square of the width.
 constexpr double min_detail = 1.0 / 16;
-constexpr int max_half_octaves = 8;
+constexpr int max_half_octaves = 6;
+constexpr int max_error_trials = 4;  // the automatic kernel and the bisection of six others
 
 constexpr std::uint64_t error_stream = 0x6572726f72000000;
 constexpr double error_share = 1.0 / 8;
@@ -52,8 +53,7 @@ struct Split {
 
 Split split(std::size_t points, double share, std::uint64_t stream, std::uint64_t seed) {
   Split s;
-  for (Index i = 0; i < points; ++i)
-    (random_uniform(seed, stream, i) < share ? s.held_out : s.rest).push_back(i);
+  for (Index i = 0; i < points; ++i) (random_uniform(seed, stream, i) < share ? s.held_out : s.rest).push_back(i);
   return s;
 }
 
@@ -120,7 +120,8 @@ double detail_for(const Search& search, double target) {
   const auto largest_within = [&]() -> const ScaleTrial* {
     const ScaleTrial* best = nullptr;
     for (const ScaleTrial& t : tried)
-      if (static_cast<double>(t.components) <= target && (best == nullptr || t.components > best->components)) best = &t;
+      if (static_cast<double>(t.components) <= target && (best == nullptr || t.components > best->components))
+        best = &t;
     return best;
   };
   for (int i = 0; i < max_trials; ++i) {
@@ -157,9 +158,15 @@ ReconstructOptions within_budget(const Search& search, ErrorReport& report) {
 
 // The error.
 
+/// Vertices that the fit may lead to from a mixture: without a limit it would make up with them for a wide kernel, and
+/// the coarsest mixture would not have the coarsest mesh.
+std::size_t fit_limit(std::size_t components) {
+  return static_cast<std::size_t>(static_cast<double>(components) / mixture_share);
+}
+
 /// Bound of the error of the chain on the points that are not held out; infinite if no surface comes out.
 double try_error(const Search& search, const PreparedCloud& rest, const std::vector<Vec3>& held_out, double detail) {
-  const ReconstructOptions options = trial_options(search.options, detail);
+  ReconstructOptions options = trial_options(search.options, detail);
   const double unit = rest.clean.cloud.frame.scale();
   ErrorReport report;
   ScaleTrial& trial = search.found.tried.emplace_back();
@@ -167,10 +174,11 @@ double try_error(const Search& search, const PreparedCloud& rest, const std::vec
   const Mixture mixture = mixture_stage(rest, options, search.quiet, report);
   trial.sigma0 = report.scale->sigma0;
   trial.components = mixture.size();
+  if (detail < 1) options.fit.max_vertices = fit_limit(mixture.size());
   CovMesh covmesh = triangulate_stage(mixture, options, search.quiet, report);
   if (!covmesh.faces.empty()) covmesh = fit_stage(std::move(covmesh), rest, options, search.quiet, report);
   trial.vertices = covmesh.vertices.size();
-  search.context.progress("scale", static_cast<double>(search.found.tried.size()) / 6);
+  search.context.progress("scale", static_cast<double>(search.found.tried.size()) / max_error_trials);
   if (covmesh.faces.empty()) return std::numeric_limits<double>::infinity();
   const Mesh mesh = subdivide_stage(covmesh, options, search.quiet, report);
   trial.error = held_out_error(mesh, held_out, search.quiet).bound() * unit;
@@ -211,6 +219,7 @@ ReconstructOptions within_error(const Search& search, ErrorReport& report) {
     }
   }
   chosen.detail = detail_of(fine);
+  if (fine > 0) chosen.fit.max_vertices = fit_limit(search.found.tried[search.found.chosen].components);
   return chosen;
 }
 
@@ -269,9 +278,9 @@ void check_scale(const PreparedCloud& cloud, const ReconstructOptions& options, 
     // Densities per cubed diagonal, so that units do not matter.
     tried.mean_log_likelihood = sum / weight + 3 * std::log(cloud.diagonal);
     context.progress("scale", static_cast<double>(check.tried.size()) / factors.size());
-    context.log(LogLevel::info, "kernel " + number(factor) + " of the automatic width: " +
-                                    std::to_string(mixture.size()) + " Gaussians, log-likelihood " +
-                                    number(tried.mean_log_likelihood) + " per held-out point");
+    context.log(LogLevel::info,
+                "kernel " + number(factor) + " of the automatic width: " + std::to_string(mixture.size()) +
+                    " Gaussians, log-likelihood " + number(tried.mean_log_likelihood) + " per held-out point");
   }
   check.best = std::max_element(check.tried.begin(), check.tried.end(),
                                 [](const KernelLikelihood& a, const KernelLikelihood& b) {

@@ -167,7 +167,7 @@ void ReconstructOptions::check() const {
     if (detail != 1) contradicts("detail");
     if (sigma0_rel > 0) contradicts("sigma0_rel");
     if (hem.target_components > 0) contradicts("target_components");
-    if (budget > 0 && fit.max_vertices > 0) contradicts("max_vertices");
+    if (fit.max_vertices > 0) contradicts("max_vertices");
   }
   if (levels < -1 || levels > 8) fail("levels", "in [0, 8], or -1 for automatic", levels);
   if (sensor && !sensor->allFinite()) throw OptionError("sensor must be finite");
