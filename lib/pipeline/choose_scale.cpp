@@ -138,7 +138,7 @@ double detail_for(const Search& search, double target) {
   return best->detail;
 }
 
-ReconstructOptions within_budget(const Search& search, ErrorReport& report) {
+ReconstructOptions within_budget(const Search& search) {
   const std::size_t budget = search.options.budget;
   ReconstructOptions chosen = search.options;
   chosen.fit.max_vertices = budget;
@@ -149,10 +149,12 @@ ReconstructOptions within_budget(const Search& search, ErrorReport& report) {
   for (std::size_t vertices = budget + 1; vertices > budget;
        target *= close_enough * static_cast<double>(budget) / static_cast<double>(vertices)) {
     chosen.detail = detail_for(search, target);
-    vertices = try_detail(search, chosen.detail, true);
+    try {
+      vertices = try_detail(search, chosen.detail, true);
+    } catch (const NoSurfaceError& error) {
+      throw OptionError("budget must be larger, not " + std::to_string(budget) + ": " + error.what());
+    }
   }
-  if (*search.found.tried.back().vertices < 4)
-    search.warn("a budget of " + std::to_string(budget) + " vertices leaves next to nothing of the surface", report);
   return chosen;
 }
 
@@ -175,11 +177,15 @@ double try_error(const Search& search, const PreparedCloud& rest, const std::vec
   trial.sigma0 = report.scale->sigma0;
   trial.components = mixture.size();
   if (detail < 1) options.fit.max_vertices = fit_limit(mixture.size());
-  CovMesh covmesh = triangulate_stage(mixture, options, search.quiet, report);
-  if (!covmesh.faces.empty()) covmesh = fit_stage(std::move(covmesh), rest, options, search.quiet, report);
-  trial.vertices = covmesh.vertices.size();
   search.context.progress("scale", static_cast<double>(search.found.tried.size()) / max_error_trials);
-  if (covmesh.faces.empty()) return std::numeric_limits<double>::infinity();
+  CovMesh covmesh;
+  try {
+    covmesh = triangulate_stage(mixture, options, search.quiet, report);
+  } catch (const NoSurfaceError&) {
+    return std::numeric_limits<double>::infinity();
+  }
+  covmesh = fit_stage(std::move(covmesh), rest, options, search.quiet, report);
+  trial.vertices = covmesh.vertices.size();
   const Mesh mesh = subdivide_stage(covmesh, options, search.quiet, report);
   trial.error = held_out_error(mesh, held_out, search.quiet).bound() * unit;
   return *trial.error / (rest.diagonal * unit);
@@ -202,10 +208,10 @@ ReconstructOptions within_error(const Search& search, ErrorReport& report) {
   const auto detail_of = [](int half_octaves) { return std::pow(2.0, -0.5 * half_octaves); };
   const double automatic = try_error(search, rest, held_out, 1);
   if (automatic > limit) {
-    search.warn("the error is at most " + number(automatic) +
-                    " of the diagonal with the automatic kernel width, as far as the points tell; " + number(limit) +
-                    " cannot be promised",
-                report);
+    const std::string known =
+        std::isinf(automatic) ? "no surface comes out without the points that are held out"
+                              : "the error may be " + number(automatic) + " of the diagonal with the automatic kernel";
+    search.warn(known + ": " + number(limit) + " cannot be promised; the kernel width stays automatic", report);
     return chosen;
   }
   int fine = 0, coarse = max_half_octaves + 1;
@@ -233,7 +239,7 @@ ReconstructOptions choose_scale(const PreparedCloud& cloud, const ReconstructOpt
   const bool by_budget = options.budget > 0;
   search.found.by = by_budget ? "budget" : "max_error";
   search.found.wanted = by_budget ? static_cast<double>(options.budget) : options.max_error_rel;
-  ReconstructOptions chosen = by_budget ? within_budget(search, report) : within_error(search, report);
+  ReconstructOptions chosen = by_budget ? within_budget(search) : within_error(search, report);
   for (const ScaleTrial& t : search.found.tried)
     context.log(LogLevel::info, "tried detail " + number(t.detail) + ": " + std::to_string(t.components) +
                                     " Gaussians" +

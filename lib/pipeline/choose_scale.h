@@ -16,7 +16,7 @@ namespace gpsrecon {
 /// is at most X is found by bisection of k in [0, 6].
 ///
 /// A dozen runs of the mixture for a budget, four runs of the chain for an error, at most. Throws OptionError if not
-/// even the coarsest mixture is within the budget, and what the stages throw.
+/// even the coarsest mixture is within the budget or no surface comes out of it, and what the stages throw.
 ReconstructOptions choose_scale(const PreparedCloud& cloud, const ReconstructOptions& options,
                                 const RunContext& context, ErrorReport& report);
 

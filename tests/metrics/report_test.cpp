@@ -63,7 +63,7 @@ ErrorReport full_report() {
   covmesh.self_intersecting_faces = 4;
   covmesh.boundary_loops = measure_boundary_loops(square(0).positions, square(0).faces, {});
   report.covmesh = covmesh;
-  report.fit = FitReport{5, 0.01, 0.1};
+  report.fit = FitReport{5, 1, 20, 3, 0.01, 0.1, 900, 0.02, 0.01};
   report.mesh->level = 2;
   report.mesh->file = FileReport{"mesh.ply", "ply", "0123456789abcdef"};
   report.compression = CompressionReport{1560, 910, 910.0 / 1560};

@@ -84,13 +84,17 @@ TEST(Budget, ThatCannotBeKeptIsRefused) {
   ReconstructOptions options;
   options.budget = 3;
   EXPECT_THROW(options.check(), OptionError);
-  // Two hundred spheres far apart cannot be twenty Gaussians.
+  // Fifty spheres far apart cannot be twenty Gaussians.
   PointCloud many;
-  for (int s = 0; s < 200; ++s)
-    for (const Vec3& p : test::noisy_sphere(100, 0.01, 3 + s).positions)
-      many.positions.push_back(p + Vec3(100 * (s % 20), 100 * (s / 20), 0));
+  for (int s = 0; s < 50; ++s)
+    for (const Vec3& p : test::noisy_sphere(500, 0.01, 3 + s).positions)
+      many.positions.push_back(p + Vec3(100 * (s % 10), 100 * (s / 10), 0));
+  EXPECT_EQ(reconstruct(many).report.covmesh->topology.components, 50u);
   options.budget = 20;
   EXPECT_THROW(reconstruct(many, options), OptionError);
+  // Four Gaussians are no surface either, but for another reason: they do not overlap enough.
+  options.budget = 4;
+  EXPECT_THROW(reconstruct(waves(4000), options), OptionError);
 }
 
 TEST(MaxError, GivesCoarserMeshesTheMoreItIs) {
@@ -178,7 +182,7 @@ TEST(ChooseScale, DoesNotDependOnThreads) {
 }
 
 TEST(ChooseScale, TakesTinyClouds) {
-  const PointCloud cloud = test::noisy_sphere(60, 0.01);
+  const PointCloud cloud = test::noisy_sphere(200, 0.01);
   ReconstructOptions options;
   options.check_scale = true;
   options.max_error_rel = 0.01;
