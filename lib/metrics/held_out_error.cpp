@@ -12,7 +12,7 @@ namespace {
 
 /// In median offsets: 4.7 standard deviations of normal noise.
 constexpr double outlier_distance = 7;
-/// Feet looked at for one that is on the same side.
+/// Feet looked at for one that is on the same side, and to tell outliers from a part of the surface that is wrong.
 constexpr std::size_t candidates = 6;
 
 /// A point seen from the surface.
@@ -44,8 +44,9 @@ std::vector<Foot> feet_of(const Mesh& mesh, std::span<const Vec3> points, const 
   return feet;
 }
 
-/// Per foot the nearest other one on the same side of the surface, no_index if there is none near.
-std::vector<Index> partners_of(const std::vector<Foot>& feet, const RunContext& context) {
+/// Per foot the nearest other one on the same side of the surface, no_index if there is none near, or if the point is
+/// an outlier: farther out than `bound` while half of those around it are not.
+std::vector<Index> partners_of(const std::vector<Foot>& feet, double bound, const RunContext& context) {
   std::vector<Vec3> places;
   places.reserve(feet.size());
   for (const Foot& f : feet) places.push_back(f.point);
@@ -55,6 +56,9 @@ std::vector<Index> partners_of(const std::vector<Foot>& feet, const RunContext& 
     std::vector<Neighbor> near;
     for (std::size_t i = begin; i < end; ++i) {
       index.nearest(feet[i].point, candidates, near);
+      const auto beyond = static_cast<std::size_t>(std::count_if(
+          near.begin(), near.end(), [&](const Neighbor& n) { return std::abs(feet[n.index].offset) > bound; }));
+      if (std::abs(feet[i].offset) > bound && 2 * beyond <= near.size()) continue;
       for (const Neighbor& n : near) {
         if (n.index == i || feet[n.index].normal.dot(feet[i].normal) <= 0.5) continue;
         partner[i] = n.index;
@@ -84,14 +88,13 @@ HeldOutError held_out_error(const Mesh& mesh, std::span<const Vec3> points, cons
   HeldOutError error;
   if (points.empty()) return error;
   const std::vector<Foot> feet = feet_of(mesh, points, context);
-  const std::vector<Index> partner = partners_of(feet, context);
-  const double outlier = outlier_distance * median_offset(feet);
+  const std::vector<Index> partner = partners_of(feet, outlier_distance * median_offset(feet), context);
   double sum = 0, squares = 0;
   for (Index i = 0; i < feet.size(); ++i) {
     const Index j = partner[i];
-    if (j == no_index || (partner[j] == i && j < i)) continue;  // two that have each other are one pair
+    if (j == no_index || partner[j] == no_index) continue;
+    if (partner[j] == i && j < i) continue;  // two that have each other are one pair
     const double a = feet[i].offset, b = feet[j].offset;
-    if ((std::abs(a) > outlier) != (std::abs(b) > outlier)) continue;
     sum += a * b;
     squares += a * b * a * b;
     ++error.pairs;
