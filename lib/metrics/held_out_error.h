@@ -19,11 +19,11 @@ struct HeldOutError {
 /// Points that had no part in making the surface lie off it by the error of the surface and by their noise. Noise is
 /// independent from point to point, so the product of the offsets of two points next to each other has the squared
 /// error as its mean, whatever the noise. Each point is paired with the one whose foot on the surface, on the same
-/// side, is nearest to its own: not the nearest in space, whose noise would be alike. A pair of which only one point
-/// is farther out than seven times the median offset does not count: that point is an outlier. Points beyond a rim
-/// count with their distance. Blind to what the points share (bias of the scanner, registration), to detail finer than
-/// the distance of a pair, and to surface where there are no points. Positions in the frame of the mesh. O(n log n).
-/// Throws InvariantError as SurfaceDistance, Cancelled.
+/// side, is nearest to its own: not the nearest in space, whose noise would be alike. A point farther
+/// out than seven times the median offset does not count if most around it are not: then it is an outlier, else the
+/// surface is wrong there. Points beyond a rim count with their distance. Blind to what the points share (bias of the
+/// scanner, registration), to detail finer than the distance of a pair, and to surface where there are no points.
+/// Positions in the frame of the mesh. O(n log n). Throws InvariantError as SurfaceDistance, Cancelled.
 HeldOutError held_out_error(const Mesh& mesh, std::span<const Vec3> points, const RunContext& context = {});
 
 }  // namespace gpsrecon

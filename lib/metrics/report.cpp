@@ -322,15 +322,6 @@ std::string summary(const ErrorReport& r) {
     line("scale", "spacing " + length_text(r.scale->spacing, diagonal) + ", noise " +
                       length_text(r.scale->noise, diagonal) + ", kernel " + length_text(r.scale->sigma0, diagonal) +
                       (r.scale->choice.empty() ? "" : " (" + r.scale->choice + ")"));
-  if (r.scale && r.scale->search && !r.scale->search->tried.empty()) {
-    const ScaleSearchReport& search = *r.scale->search;
-    const ScaleTrial& chosen = search.tried[search.chosen];
-    line("search",
-         "for a " + std::string(search.by == "budget" ? "budget" : "largest error") + " of " +
-             (search.by == "budget" ? number(search.wanted, 12) + " vertices" : number(100 * search.wanted) + " %") +
-             ": detail " + number(chosen.detail) + " of " + count_of(search.tried.size(), "kernel") + " tried" +
-             (chosen.error ? ", error at most " + length_text(*chosen.error, diagonal) : ""));
-  }
   if (r.scale && r.scale->check) {
     std::string values;
     for (const KernelLikelihood& t : r.scale->check->tried)
