@@ -74,6 +74,19 @@ void bind_hem(Arguments& arguments, ReconstructOptions& options) {
                  "weight points by the inverse of the local density, so that dense areas do not dominate");
 }
 
+void bind_scale_choice(Arguments& arguments, ReconstructOptions& options) {
+  arguments.option("--budget", "N", options.budget,
+                   "vertices of the covariance mesh, at most: the kernel is widened as far as it takes, and the fit "
+                   "adds no more; 0 = no limit",
+                   ">= 4 or 0");
+  arguments.option("--max-error", "X", options.max_error_rel,
+                   "widen the kernel as far as the error of the surface, measured on points that are held out, stays "
+                   "within X times the diagonal; 0 = automatic",
+                   ">= 0");
+  arguments.flag("--check-scale", options.check_scale,
+                 "compare kernel widths by the likelihood of points that are held out, for the report only");
+}
+
 void bind_triangulate(Arguments& arguments, ReconstructOptions& options) {
   constexpr double degree = std::numbers::pi / 180;
   arguments.group("Triangulation");
@@ -111,6 +124,8 @@ void bind_fit(Arguments& arguments, FitOptions& options) {
                    "steps that move the surface through the points, at most, per round; 0 = no fit", "[0, 100]");
   arguments.option("--refinements", "N", options.refinements,
                    "rounds, at most, that split control edges where the points show more detail", "[0, 10]");
+  arguments.option("--max-vertices", "N", options.max_vertices,
+                   "vertices those rounds may lead to, at most, strongest detail first; 0 = no limit", ">= 0");
 }
 
 void bind_subdivide(Arguments& arguments, ReconstructOptions& options) {

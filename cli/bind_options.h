@@ -17,6 +17,8 @@ void bind_scale(Arguments& arguments, ScaleOptions& options);
 void bind_attributes(Arguments& arguments, AttributeOptions& options);
 /// Kernel width and reduction.
 void bind_hem(Arguments& arguments, ReconstructOptions& options);
+/// What chooses or checks the kernel width by a search: of the chain, which has all stages.
+void bind_scale_choice(Arguments& arguments, ReconstructOptions& options);
 void bind_triangulate(Arguments& arguments, ReconstructOptions& options);
 /// Where the sensor stood, of bind_triangulate() and of the fit.
 void bind_sensor(Arguments& arguments, ReconstructOptions& options);

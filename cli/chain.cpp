@@ -94,6 +94,7 @@ ExitCode run_chain(Arguments& arguments) {
   bind_scale(arguments, options.scale);
   bind_attributes(arguments, attributes);
   bind_hem(arguments, options);
+  bind_scale_choice(arguments, options);
   bind_triangulate(arguments, options);
   bind_fit(arguments, options.fit);
   arguments.flag("--no-fit", "the same as --fit-steps 0", [&options] { options.fit.steps = 0; });

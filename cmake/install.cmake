@@ -23,15 +23,18 @@ set(GPSRECON_PUBLIC_HEADERS
   gps/infer.h
   gps/subdivide.h
   hem/hem.h
+  hem/likelihood.h
   hem/scale.h
   io/io.h
   metrics/compare.h
   metrics/distance.h
   metrics/file_hash.h
+  metrics/held_out_error.h
   metrics/mesh_measures.h
   metrics/report.h
   metrics/resource_usage.h
   metrics/statistics.h
+  pipeline/choose_scale.h
   pipeline/reconstruct.h
   scan/gallery.h
   scan/mesh_target.h

@@ -170,6 +170,12 @@ double extent(const std::vector<Vec3>& positions) {
   return (high - low).norm();
 }
 
+/// How many vertices may still be added.
+std::size_t room(const CovMesh& mesh, const FitOptions& options) {
+  const std::size_t n = mesh.vertices.size(), most = options.max_vertices > 0 ? options.max_vertices : no_index;
+  return most - std::min(n, most);
+}
+
 /// What one control mesh after the other is fitted with.
 struct Fitting {
   const PointCloud& cloud;
@@ -183,7 +189,7 @@ struct Fitting {
   void assign(const SurfaceSamples& samples, const SampleGraph& graph, bool first);
   std::size_t step(CovMesh& mesh, const LimitSurface& surface, const ControlEdges& edges, const Rim& rim,
                    const SurfaceSamples& samples);
-  std::vector<char> round(Fit& fit, const TriangleConnectivity& topology, int steps);
+  std::vector<double> round(Fit& fit, const TriangleConnectivity& topology, int steps);
 };
 
 void Fitting::assign(const SurfaceSamples& samples, const SampleGraph& graph, bool first) {
@@ -212,9 +218,9 @@ std::size_t Fitting::step(CovMesh& mesh, const LimitSurface& surface, const Cont
   return restrained;
 }
 
-/// Steps on one control mesh, until the points come no closer. Returns the control edges where the points show
-/// more detail, and hands the points over to the control vertices, which keep their numbers when edges are split.
-std::vector<char> Fitting::round(Fit& fit, const TriangleConnectivity& topology, int steps) {
+/// Steps on one control mesh, until the points come no closer. Returns the evidence for more detail per control edge,
+/// and hands the points over to the control vertices, which keep their numbers when edges are split.
+std::vector<double> Fitting::round(Fit& fit, const TriangleConnectivity& topology, int steps) {
   CovMesh& mesh = fit.mesh;
   const LimitSurface surface(mesh.faces, mesh.vertices.size(), options.level, LoopWeights::loop, CornerRule::smooth,
                              context);
@@ -247,7 +253,7 @@ std::vector<char> Fitting::round(Fit& fit, const TriangleConnectivity& topology,
   const Residuals residuals = robust_residuals(surface, state.assignment, cloud, held_out, typical);
   const std::vector<Index> control = surface.control_of_samples();
   for (Index& s : state.assignment.sample) s = control[s];
-  if (typical <= rounding * extent(samples.positions)) return std::vector<char>(topology.edge_count(), 0);
+  if (typical <= rounding * extent(samples.positions)) return std::vector<double>(topology.edge_count(), 0.0);
   return edges_with_detail(surface, topology, residuals);
 }
 
@@ -275,7 +281,7 @@ Fit fit(CovMesh mesh, const PointCloud& cloud, const FitOptions& options, const 
   FitState accepted;
   for (int round = 0;; ++round) {
     const TriangleConnectivity topology = triangle_connectivity(result.mesh.faces, result.mesh.vertices.size());
-    const std::vector<char> detail = fitting.round(result, topology, options.steps);
+    const std::vector<double> detail = fitting.round(result, topology, options.steps);
     if (round > 0) {
       if (held_out_rise(accepted.losses, fitting.state.losses, fitting.held_out) > significant_rise) {
         result.mesh = std::move(coarser);
@@ -287,11 +293,13 @@ Fit fit(CovMesh mesh, const PointCloud& cloud, const FitOptions& options, const 
     }
     result.held_out_after = held_out_median(fitting.state.assignment, fitting.held_out);
     context.progress("fit", static_cast<double>(round + 1) / (options.refinements + 1));
-    const auto marked = static_cast<double>(std::count(detail.begin(), detail.end(), 1));
-    if (round == options.refinements || marked <= min_split_share * static_cast<double>(detail.size())) break;
+    const auto shown = static_cast<double>(detail.size() - std::count(detail.begin(), detail.end(), 0.0));
+    if (round == options.refinements || shown <= min_split_share * static_cast<double>(detail.size())) break;
+    const std::vector<char> split = strongest_edges(result.mesh, topology, detail, room(result.mesh, options));
+    if (std::count(split.begin(), split.end(), 1) == 0) break;
     accepted = fitting.state;
     coarser = std::move(result.mesh);
-    result.mesh = split_edges(coarser, topology, detail, context);
+    result.mesh = split_edges(coarser, topology, split, context);
   }
   if (result.held_out_points > 0) {
     fitting.held_out.assign(cloud.size(), 0);

@@ -12,6 +12,9 @@ struct FitOptions {
   /// Rounds of refinement, at most: control edges are split where the points show detail that the control mesh is too
   /// coarse for, and the finer mesh is fitted again. Range: [0, 10].
   int refinements = 2;
+  /// Vertices a refinement may lead to, at most; the edges with the strongest evidence are split first. A mesh that has
+  /// more is not refined. Range: >= 0; 0 = no limit.
+  std::size_t max_vertices = 0;
   /// Refinement level at which the surface is sampled. Range: [1, 5].
   int level = 2;
 

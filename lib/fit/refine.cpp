@@ -2,6 +2,7 @@
 #include <gpsrecon/fit/refine.h>
 #include <gpsrecon/gps/dual.h>
 #include <gpsrecon/gps/loop.h>
+#include <algorithm>
 #include <array>
 #include <numeric>
 
@@ -14,24 +15,48 @@ using Topo = TriangleConnectivity;
 constexpr double min_points = 4;
 /// How far above its bound the squared sum of weighted residuals must be. The bound itself takes every weight for the
 /// largest, a half, and so is about five times what pure noise gives: few edges in a hundred pass by chance.
-constexpr double evidence = 1.2;
+constexpr double min_evidence = 1.2;
 constexpr double largest_weight = 0.5;
 
-/// Marks the longest edge of every triangle with a marked one, until nothing changes.
-void mark_longest_edges(const Topo& topology, const std::vector<Index>& longest, std::vector<char>& marked) {
-  std::vector<Index> open(longest.size());
-  for (Index f = 0; f < open.size(); ++f) open[f] = f;
+/// Per face the half-edge of its longest edge.
+std::vector<Index> longest_half_edges(const CovMesh& mesh, const Topo& topology) {
+  const auto squared_length = [&](Index e) {
+    const Index h = topology.edge_start[e];
+    return (mesh.vertices.means[topology.source(h)] - mesh.vertices.means[topology.target(h)]).squaredNorm();
+  };
+  std::vector<Index> longest(mesh.faces.size());
+  for (Index f = 0; f < longest.size(); ++f) {
+    longest[f] = 3 * f;
+    for (Index h = 3 * f + 1; h < 3 * f + 3; ++h)
+      if (squared_length(topology.edge[h]) > squared_length(topology.edge[longest[f]])) longest[f] = h;
+  }
+  return longest;
+}
+
+/// Marks the longest edge of every triangle with a marked one, starting with the triangles in `open`, until nothing
+/// changes. Returns the edges it marked.
+std::vector<Index> mark_longest_edges(const Topo& topology, const std::vector<Index>& longest_half_edge,
+                                      std::vector<Index> open, std::vector<char>& marked) {
+  std::vector<Index> added;
+  const auto longest = [&](Index f) { return topology.edge[longest_half_edge[f]]; };
   while (!open.empty()) {
     const Index f = open.back();
     open.pop_back();
-    if (marked[longest[f]]) continue;
+    if (marked[longest(f)]) continue;
     if (!marked[topology.edge[3 * f]] && !marked[topology.edge[3 * f + 1]] && !marked[topology.edge[3 * f + 2]])
       continue;
-    marked[longest[f]] = 1;
-    const Index h = topology.edge_start[longest[f]], other = topology.opposite[h];
-    for (const Index side : {h, other})
-      if (side != no_index && side / 3 != f) open.push_back(side / 3);
+    marked[longest(f)] = 1;
+    added.push_back(longest(f));
+    const Index other = topology.opposite[longest_half_edge[f]];
+    if (other != no_index) open.push_back(other / 3);
   }
+  return added;
+}
+
+std::vector<Index> all_faces(const CovMesh& mesh) {
+  std::vector<Index> faces(mesh.faces.size());
+  std::iota(faces.begin(), faces.end(), Index{0});
+  return faces;
 }
 
 /// The part of the edges at an interior vertex that is marked; 0 on the boundary.
@@ -96,17 +121,44 @@ void add_pieces(const std::array<Index, 3>& corner, const std::array<Index, 3>& 
 
 }  // namespace
 
-std::vector<char> edges_with_detail(const LimitSurface& surface, const TriangleConnectivity& topology,
-                                    const Residuals& residuals) {
+std::vector<double> edges_with_detail(const LimitSurface& surface, const TriangleConnectivity& topology,
+                                      const Residuals& residuals) {
   // The vertices of the first refinement are the control vertices and one per edge: its basis function is the test.
   const std::vector<double> points = surface.to_level<double>(residuals.weight, 1);
   const std::vector<double> moment = surface.to_level<double>(residuals.moment, 1);
   const std::vector<double> square = surface.to_level<double>(residuals.square, 1);
-  std::vector<char> marked(topology.edge_count(), 0);
-  for (std::size_t e = 0; e < marked.size(); ++e) {
+  std::vector<double> evidence(topology.edge_count(), 0);
+  for (std::size_t e = 0; e < evidence.size(); ++e) {
     const std::size_t v = topology.vertex_count + e;
     if (points[v] < min_points || topology.opposite[topology.edge_start[e]] == no_index) continue;
-    marked[e] = moment[v] * moment[v] > evidence * largest_weight * square[v] ? 1 : 0;
+    const double chance = largest_weight * square[v];
+    if (moment[v] * moment[v] > min_evidence * chance) evidence[e] = moment[v] * moment[v] / chance;
+  }
+  return evidence;
+}
+
+std::vector<char> strongest_edges(const CovMesh& mesh, const TriangleConnectivity& topology,
+                                  const std::vector<double>& evidence, std::size_t most) {
+  const std::vector<Index> longest = longest_half_edges(mesh, topology);
+  std::vector<char> marked(evidence.size(), 0);
+  std::vector<Index> order;
+  for (Index e = 0; e < evidence.size(); ++e)
+    if (evidence[e] > 0) order.push_back(e);
+  std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return evidence[a] > evidence[b]; });
+  std::size_t count = 0;
+  for (const Index e : order) {
+    if (marked[e]) continue;
+    marked[e] = 1;
+    std::vector<Index> faces;
+    for (const Index h : {topology.edge_start[e], topology.opposite[topology.edge_start[e]]})
+      if (h != no_index) faces.push_back(h / 3);
+    std::vector<Index> added = mark_longest_edges(topology, longest, std::move(faces), marked);
+    added.push_back(e);
+    // What does not fit is taken back; a weaker edge may need fewer others.
+    if (added.size() <= most - count)
+      count += added.size();
+    else
+      for (const Index undo : added) marked[undo] = 0;
   }
   return marked;
 }
@@ -114,19 +166,8 @@ std::vector<char> edges_with_detail(const LimitSurface& surface, const TriangleC
 CovMesh split_edges(const CovMesh& mesh, const TriangleConnectivity& topology, std::vector<char> marked,
                     const RunContext& context) {
   const std::size_t n = mesh.vertices.size(), face_count = mesh.faces.size();
-  const auto squared_length = [&](Index e) {
-    const Index h = topology.edge_start[e];
-    return (mesh.vertices.means[topology.source(h)] - mesh.vertices.means[topology.target(h)]).squaredNorm();
-  };
-  std::vector<Index> longest(face_count), longest_corner(face_count);
-  for (Index f = 0; f < face_count; ++f) {
-    Index best = 3 * f;
-    for (Index h = 3 * f + 1; h < 3 * f + 3; ++h)
-      if (squared_length(topology.edge[h]) > squared_length(topology.edge[best])) best = h;
-    longest[f] = topology.edge[best];
-    longest_corner[f] = best - 3 * f;
-  }
-  mark_longest_edges(topology, longest, marked);
+  const std::vector<Index> longest = longest_half_edges(mesh, topology);
+  mark_longest_edges(topology, longest, all_faces(mesh), marked);
 
   const StencilTable step = loop_stencils(topology, LoopWeights::loop, CornerRule::smooth, context);
   std::vector<DualPoint> dual(n);
@@ -161,7 +202,7 @@ CovMesh split_edges(const CovMesh& mesh, const TriangleConnectivity& topology, s
   for (Index f = 0; f < face_count; ++f) {
     std::array<Index, 3> corner, on_edge;
     for (Index k = 0; k < 3; ++k) {
-      const Index h = 3 * f + (longest_corner[f] + k) % 3;
+      const Index h = 3 * f + (longest[f] + k) % 3;
       corner[k] = topology.corners[h];
       on_edge[k] = middle[topology.edge[h]];
     }

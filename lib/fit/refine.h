@@ -5,11 +5,17 @@
 
 namespace gpsrecon {
 
-/// The control edges (numbered as in triangle_connectivity) where the points show detail that the control mesh cannot
-/// follow: the residuals, weighted by the basis function that a vertex on the edge would have, add up to more than
-/// chance lets them. Edges with fewer than four points there, and boundary edges, are left alone.
-std::vector<char> edges_with_detail(const LimitSurface& surface, const TriangleConnectivity& topology,
-                                    const Residuals& residuals);
+/// Per control edge (numbered as in triangle_connectivity) the evidence that the points show detail there that the
+/// control mesh cannot follow: the squared sum of the residuals, weighted by the basis function that a vertex on the
+/// edge would have, in units of what chance lets it be. 0 if it is below the threshold, for edges with fewer than four
+/// points there, and for boundary edges.
+std::vector<double> edges_with_detail(const LimitSurface& surface, const TriangleConnectivity& topology,
+                                      const Residuals& residuals);
+
+/// The edges to split where there is evidence, with the longest edges that split_edges() adds to them: all, or in the
+/// order of falling evidence those that at most `most` splits suffice for, equal ones by index. O(n log n).
+std::vector<char> strongest_edges(const CovMesh& mesh, const TriangleConnectivity& topology,
+                                  const std::vector<double>& evidence, std::size_t most);
 
 /// Splits the marked edges and, for the shape of the triangles, the longest edge of every triangle that loses one
 /// (Rivara 1984), so that no angle falls below half of the smallest there was. Triangles with three split edges become

@@ -5,7 +5,6 @@
 #include <gpsrecon/hem/attributes.h>
 #include <gpsrecon/hem/hem.h>
 #include <gpsrecon/hem/initial_mixture.h>
-#include <gpsrecon/hem/scale.h>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -245,6 +244,10 @@ Candidates adapt_probability(const Mixture& level, Candidates at_or_below, std::
 
 }  // namespace
 
+double automatic_sigma0(const Scale& scale, InitialCovariance initial) {
+  return initial == InitialCovariance::local ? scale.sigma0_local : scale.sigma0;
+}
+
 void HemOptions::check() const {
   const auto fail = [](const char* field, const char* range, double value) {
     throw OptionError(std::string(field) + " must be " + range + ", not " + std::to_string(value));
@@ -267,8 +270,7 @@ Mixture build_mixture(const PointCloud& cloud, const HemOptions& given, const Ru
   const bool needs_spacing = options.initial == InitialCovariance::local || options.balance;
   if (options.sigma0 == 0 || (options.spacing == 0 && needs_spacing)) {
     const Scale scale = estimate_scale(cloud, {}, context);
-    if (options.sigma0 == 0)
-      options.sigma0 = options.initial == InitialCovariance::local ? scale.sigma0_local : scale.sigma0;
+    if (options.sigma0 == 0) options.sigma0 = automatic_sigma0(scale, options.initial);
     if (options.spacing == 0) options.spacing = scale.spacing;
   }
   if (!(options.sigma0 > 0)) throw NoSurfaceError("the points coincide: their spacing is zero");

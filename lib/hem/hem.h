@@ -3,6 +3,7 @@
 #include <gpsrecon/core/mixture.h>
 #include <gpsrecon/core/point_cloud.h>
 #include <gpsrecon/core/run_context.h>
+#include <gpsrecon/hem/scale.h>
 #include <functional>
 
 namespace gpsrecon {
@@ -14,6 +15,9 @@ enum class InitialCovariance {
   /// neighbours are clearly sparser
   local,
 };
+
+/// The kernel width that suits the Gaussians points start as, of those an estimated scale has (scale.h).
+double automatic_sigma0(const Scale& scale, InitialCovariance initial);
 
 /// How build_mixture reduces points to Gaussians.
 struct HemOptions {

@@ -39,11 +39,34 @@ Json to_object(const InputReport& r) {
   return json;
 }
 
+Json to_object(const ScaleSearchReport& r, double diagonal) {
+  Json tried = Json::array();
+  for (const ScaleTrial& t : r.tried)
+    tried.push_back({{"detail", t.detail},
+                     {"sigma0", length_json(t.sigma0, diagonal)},
+                     {"components", t.components},
+                     {"vertices", null_or(t.vertices)},
+                     {"error", t.error ? length_json(*t.error, diagonal) : Json(nullptr)}});
+  return {{"by", r.by}, {"wanted", r.wanted}, {"chosen", r.chosen}, {"tried", std::move(tried)}};
+}
+
+Json to_object(const ScaleCheckReport& r, double diagonal) {
+  Json tried = Json::array();
+  for (const KernelLikelihood& t : r.tried)
+    tried.push_back({{"factor", t.factor},
+                     {"sigma0", length_json(t.sigma0, diagonal)},
+                     {"components", t.components},
+                     {"mean_log_likelihood", t.mean_log_likelihood}});
+  return {{"held_out_points", r.held_out_points}, {"best", r.best}, {"tried", std::move(tried)}};
+}
+
 Json to_object(const ScaleReport& r, double diagonal) {
   return {{"spacing", length_json(r.spacing, diagonal)},
           {"noise", length_json(r.noise, diagonal)},
           {"sigma0", length_json(r.sigma0, diagonal)},
-          {"choice", r.choice}};
+          {"choice", r.choice},
+          {"search", r.search ? to_object(*r.search, diagonal) : Json(nullptr)},
+          {"check", r.check ? to_object(*r.check, diagonal) : Json(nullptr)}};
 }
 
 Json to_object(const MixtureReport& r) {
@@ -299,6 +322,13 @@ std::string summary(const ErrorReport& r) {
     line("scale", "spacing " + length_text(r.scale->spacing, diagonal) + ", noise " +
                       length_text(r.scale->noise, diagonal) + ", kernel " + length_text(r.scale->sigma0, diagonal) +
                       (r.scale->choice.empty() ? "" : " (" + r.scale->choice + ")"));
+  if (r.scale && r.scale->check) {
+    std::string values;
+    for (const KernelLikelihood& t : r.scale->check->tried)
+      values += (values.empty() ? "" : ", ") + number(t.mean_log_likelihood) + " with " + number(t.factor, 3);
+    line("scale check",
+         "log-likelihood per held-out point " + values + " automatic kernels; best " + number(r.scale->check->best, 3));
+  }
   if (r.mixture)
     line("mixture", std::to_string(r.mixture->components) + " Gaussians" +
                         (r.mixture->levels.empty() ? "" : " after " + count_of(r.mixture->levels.size() - 1, "level")));

@@ -37,12 +37,45 @@ struct DroppedPoints {
   std::size_t points = 0;
 };
 
+/// A kernel that was tried in the search for the right one.
+struct ScaleTrial {
+  double detail = 1;  ///< divides the automatic kernel width
+  double sigma0 = 0;
+  std::size_t components = 0;           ///< of the mixture
+  std::optional<std::size_t> vertices;  ///< of the covariance mesh, if one was made
+  std::optional<double> error;          ///< bound of the root mean square offset of the surface, if it was measured
+};
+
+/// How a budget or an error bound led to the kernel.
+struct ScaleSearchReport {
+  std::string by;     ///< "budget" or "max_error"
+  double wanted = 0;  ///< vertices, or error as a share of the diagonal
+  std::vector<ScaleTrial> tried;
+  std::size_t chosen = 0;  ///< index into `tried`
+};
+
+/// How likely points that were held out are under the mixture of the others, for one kernel.
+struct KernelLikelihood {
+  double factor = 1;  ///< times the automatic width
+  double sigma0 = 0;
+  std::size_t components = 0;
+  double mean_log_likelihood = 0;  ///< per point, of densities per D³
+};
+
+struct ScaleCheckReport {
+  std::size_t held_out_points = 0;
+  std::vector<KernelLikelihood> tried;
+  double best = 1;  ///< factor with the largest likelihood
+};
+
 /// The resolution found in the cloud and the kernel that follows from it.
 struct ScaleReport {
-  double spacing = 0;  ///< A, side of the area per point
-  double noise = 0;    ///< ν, standard deviation across the surface
-  double sigma0 = 0;   ///< standard deviation of the kernel each point was given
-  std::string choice;  ///< how sigma0 was chosen, in words
+  double spacing = 0;                       ///< A, side of the area per point
+  double noise = 0;                         ///< ν, standard deviation across the surface
+  double sigma0 = 0;                        ///< standard deviation of the kernel each point was given
+  std::string choice;                       ///< how sigma0 was chosen, in words
+  std::optional<ScaleSearchReport> search;  ///< if there was one
+  std::optional<ScaleCheckReport> check;    ///< if it was asked for
 };
 
 struct MixtureReport {

@@ -7,6 +7,7 @@
 #include <gpsrecon/metrics/distance.h>
 #include <gpsrecon/metrics/mesh_measures.h>
 #include <gpsrecon/metrics/resource_usage.h>
+#include <gpsrecon/pipeline/choose_scale.h>
 #include <gpsrecon/pipeline/reconstruct.h>
 #include <gpsrecon/triangulate/orient.h>
 #include <Eigen/Eigenvalues>
@@ -50,7 +51,7 @@ double kernel_width(const PreparedCloud& cloud, const ReconstructOptions& option
     return options.sigma0_rel * cloud.diagonal;
   }
   const bool local = options.hem.initial == InitialCovariance::local;
-  const double automatic = local ? scale.sigma0_local : scale.sigma0;
+  const double automatic = automatic_sigma0(scale, options.hem.initial);
   choice = local ? "sqrt((0.4 spacing)^2 + (1.6 noise)^2)" : "sqrt(spacing^2 + noise^2)";
   if (options.detail == 1) return automatic;
   double factor = 1 / options.detail;
@@ -133,6 +134,13 @@ std::vector<Vec3> outward_directions(const PointCloud& cloud, const std::optiona
   return directions;
 }
 
+/// What cannot be done without points must not be passed over in silence.
+void refuse_scale_options(const ReconstructOptions& options) {
+  if (options.budget > 0) throw OptionError("budget needs points");
+  if (options.max_error_rel > 0) throw OptionError("max_error_rel needs points");
+  if (options.check_scale) throw OptionError("check_scale needs points");
+}
+
 double covmesh_diagonal(const CovMesh& mesh) {
   return bounding_box_diagonal(mesh.vertices.means) * mesh.vertices.frame.scale();
 }
@@ -150,6 +158,19 @@ void ReconstructOptions::check() const {
   };
   if (!(detail > 0 && detail <= 100)) fail("detail", "in (0, 100]", detail);
   if (!(sigma0_rel >= 0) || !std::isfinite(sigma0_rel)) fail("sigma0_rel", "positive, or 0 for automatic", sigma0_rel);
+  if (!(max_error_rel >= 0) || !std::isfinite(max_error_rel))
+    fail("max_error_rel", "positive, or 0 for the automatic kernel width", max_error_rel);
+  if (budget > 0 && budget < 4) fail("budget", "at least 4, or 0 for no limit", static_cast<double>(budget));
+  if (budget > 0 && max_error_rel > 0) throw OptionError("budget and max_error_rel contradict each other");
+  if (const char* chooses = budget > 0 ? "budget" : max_error_rel > 0 ? "max_error_rel" : nullptr) {
+    const auto contradicts = [&](const char* field) {
+      throw OptionError(std::string(chooses) + " and " + field + " contradict each other");
+    };
+    if (detail != 1) contradicts("detail");
+    if (sigma0_rel > 0) contradicts("sigma0_rel");
+    if (hem.target_components > 0) contradicts("target_components");
+    if (fit.max_vertices > 0) contradicts("max_vertices");
+  }
   if (levels < -1 || levels > 8) fail("levels", "in [0, 8], or -1 for automatic", levels);
   if (sensor && !sensor->allFinite()) throw OptionError("sensor must be finite");
 }
@@ -187,9 +208,12 @@ PreparedCloud prepare(const PointCloud& world, const ScaleOptions& options, cons
 Mixture mixture_stage(const PreparedCloud& cloud, const ReconstructOptions& options, const RunContext& context,
                       ErrorReport& report) {
   const double unit = cloud.clean.cloud.frame.scale();
-  ScaleReport& scale = report.scale.emplace();
+  ScaleReport& scale = report.scale ? *report.scale : report.scale.emplace();
   HemOptions hem = options.hem;
   hem.sigma0 = kernel_width(cloud, options, context, report, scale.choice);
+  if (options.budget > 0) scale.choice += ", for at most " + std::to_string(options.budget) + " vertices";
+  if (options.max_error_rel > 0)
+    scale.choice += ", the widest with an error within " + std::to_string(options.max_error_rel) + " of the diagonal";
   hem.spacing = cloud.scale.spacing;
   scale.spacing = cloud.scale.spacing * unit;
   scale.noise = cloud.scale.noise * unit;
@@ -302,13 +326,16 @@ Mesh subdivide_stage(const CovMesh& mesh, const PreparedCloud& cloud, const Reco
   return refined;
 }
 
-Reconstruction reconstruct(const PointCloud& world, const ReconstructOptions& options, const RunContext& context) {
-  options.check();
+Reconstruction reconstruct(const PointCloud& world, const ReconstructOptions& given, const RunContext& context) {
+  given.check();
   StageTimer timer;
   ErrorReport report;
   timer.start("prepare");
-  const PreparedCloud cloud = prepare(world, options.scale, context);
+  const PreparedCloud cloud = prepare(world, given.scale, context);
   describe_input(cloud, world.size(), report);
+  timer.start("scale");
+  if (given.check_scale) check_scale(cloud, given, context, report);
+  const ReconstructOptions options = choose_scale(cloud, given, context, report);
   timer.start("mixture");
   const Mixture mixture = mixture_stage(cloud, options, context, report);
   timer.start("triangulate");
@@ -326,6 +353,7 @@ Reconstruction reconstruct(const PointCloud& world, const ReconstructOptions& op
 
 Reconstruction reconstruct(const Mixture& mixture, const ReconstructOptions& options, const RunContext& context) {
   options.check();
+  refuse_scale_options(options);
   StageTimer timer;
   ErrorReport report;
   timer.start("triangulate");
@@ -337,6 +365,7 @@ Reconstruction reconstruct(const Mixture& mixture, const ReconstructOptions& opt
 
 Reconstruction reconstruct(const CovMesh& mesh, const ReconstructOptions& options, const RunContext& context) {
   options.check();
+  refuse_scale_options(options);
   StageTimer timer;
   ErrorReport report;
   describe_covmesh(mesh, report);

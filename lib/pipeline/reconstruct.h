@@ -23,6 +23,14 @@ struct ReconstructOptions {
   double detail = 1;
   /// Kernel width as a share of the diagonal, instead of the automatic one. Range: > 0; 0 = automatic.
   double sigma0_rel = 0;
+  /// Vertices of the covariance mesh, at most: the kernel is as much wider than the automatic one as it takes, and the
+  /// fit stops refining there (choose_scale.h). Range: >= 4; 0 = no limit.
+  std::size_t budget = 0;
+  /// Widen the kernel as far as the error of the surface, as measured on points that are held out (choose_scale.h),
+  /// stays within this share of the diagonal. Range: > 0; 0 = automatic width.
+  double max_error_rel = 0;
+  /// Compare kernel widths by the likelihood of points that are held out (choose_scale.h), for the report only.
+  bool check_scale = false;
   /// Refinement level of the mesh. Range: [0, 8]; -1 = the smallest level up to 3 whose edges are at most 1.5 times the
   /// sample spacing.
   int levels = -1;
@@ -31,7 +39,7 @@ struct ReconstructOptions {
   /// Where the sensor stood, in world coordinates; takes precedence over the sensors and normals of the points.
   std::optional<Vec3> sensor;
 
-  /// Throws OptionError naming the field and the value.
+  /// Throws OptionError naming the field and the value, or two that contradict each other.
   void check() const;
 };
 
@@ -73,7 +81,8 @@ Mesh subdivide_stage(const CovMesh& mesh, const PreparedCloud& cloud, const Reco
 Reconstruction reconstruct(const PointCloud& world, const ReconstructOptions& options = {},
                            const RunContext& context = {});
 
-/// The flow from a mixture or a covariance mesh on; without points there is no fit and no distance in the report.
+/// The flow from a mixture or a covariance mesh on; without points there is no fit and no distance in the report, and
+/// `budget`, `max_error_rel` and `check_scale` are refused.
 Reconstruction reconstruct(const Mixture& mixture, const ReconstructOptions& options = {},
                            const RunContext& context = {});
 Reconstruction reconstruct(const CovMesh& mesh, const ReconstructOptions& options = {}, const RunContext& context = {});

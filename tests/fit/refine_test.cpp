@@ -164,7 +164,7 @@ TEST(SplitEdges, CarriesWhatVerticesCarry) {
 struct Detail {
   CovMesh mesh;
   TriangleConnectivity topology;
-  std::vector<char> marked;
+  std::vector<double> marked;  // evidence
 
   Detail(const CovMesh& start, const PointCloud& cloud)
       : mesh(fit(start, cloud, {.refinements = 0}).mesh), topology(connectivity(mesh)) {
@@ -175,7 +175,7 @@ struct Detail {
     marked = edges_with_detail(surface, topology, residuals);
   }
   double share() const {
-    return static_cast<double>(std::count(marked.begin(), marked.end(), 1)) / static_cast<double>(marked.size());
+    return 1 - static_cast<double>(std::count(marked.begin(), marked.end(), 0.0)) / static_cast<double>(marked.size());
   }
 };
 
@@ -251,8 +251,8 @@ TEST(EdgesWithDetail, BoundaryEdgesAndEdgesWithFewPointsAreLeftAlone) {
     const std::vector<double> sums(m, weight);
     return edges_with_detail(surface, topology, {sums, sums, sums});
   };
-  const std::vector<char> many = marks(10), few = marks(0.1);
-  EXPECT_EQ(std::count(few.begin(), few.end(), 1), 0);
+  const std::vector<double> many = marks(10), few = marks(0.1);
+  EXPECT_EQ(static_cast<std::size_t>(std::count(few.begin(), few.end(), 0.0)), few.size());
   for (Index e = 0; e < many.size(); ++e)
     EXPECT_EQ(many[e] != 0, topology.opposite[topology.edge_start[e]] != no_index) << e;
 }

@@ -50,7 +50,9 @@ ErrorReport full_report() {
   report.input->file = {"scan.ply", "ply", ""};
   report.input->points = 520;
   report.dropped = {{"non_finite", 3}, {"duplicate", 10}, {"isolated", 7}};
-  report.scale = ScaleReport{0.1, 0.03, 0.11, "spacing and noise"};
+  report.scale = ScaleReport{0.1, 0.03, 0.11, "spacing and noise", {}, {}};
+  report.scale->search = ScaleSearchReport{"max_error", 0.01, {{1, 0.1, 60, 62, 0.02}, {0.5, 0.2, 30, 31, 0.04}}, 1};
+  report.scale->check = ScaleCheckReport{100, {{1, 0.1, 50, -3.5}, {2, 0.2, 20, -4}}, 1};
   report.mixture = MixtureReport{{500, 170, 60}, 60, 517};
   CovMeshReport covmesh;
   covmesh.vertices = 58;
@@ -134,8 +136,8 @@ TEST(ReportSchema, NoticesEveryChangedType) {
       const std::string where = at.to_string();
       const bool may_be_negative =
           is_option || where.find("/center/") != std::string::npos || where.find("/max_at/") != std::string::npos ||
-          where.find("/volume") != std::string::npos || where.find("/euler") != std::string::npos ||
-          where.find("/genus") != std::string::npos;
+          where.find("/volume") != std::string::npos || where.find("/mean_log_likelihood") != std::string::npos ||
+          where.find("/euler") != std::string::npos || where.find("/genus") != std::string::npos;
       nlohmann::json broken = report;
       broken.at(at) = -1;
       EXPECT_EQ(schema().errors(broken).empty(), may_be_negative) << where << " = -1";

@@ -1,0 +1,298 @@
+#include <gpsrecon/core/random.h>
+#include <gpsrecon/hem/likelihood.h>
+#include <gpsrecon/metrics/held_out_error.h>
+#include <gpsrecon/pipeline/choose_scale.h>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <numbers>
+#include <string>
+
+namespace gpsrecon {
+namespace {
+
+/// Share of the budget that goes to the mixture; the fit spends the rest.
+constexpr double mixture_share = 0.8;
+/// A mixture is close enough to its target with this share of it.
+constexpr double close_enough = 0.95;
+constexpr int max_trials = 12;
+/// No kernel is wider than 16 automatic ones: the time and memory of a level grow with the square of the width.
+constexpr double min_detail = 1.0 / 16;
+constexpr int max_half_octaves = 6;
+constexpr int max_error_trials = 4;  // the automatic kernel and the bisection of six others
+
+constexpr std::uint64_t error_stream = 0x6572726f72000000;
+constexpr double error_share = 1.0 / 8;
+constexpr std::uint64_t likelihood_stream = 0x6c696b65000000;
+constexpr double likelihood_share = 1.0 / 5;
+constexpr std::size_t min_held_out = 50;
+
+/// Trials are not what is announced, logged or dumped.
+RunContext silent(const RunContext& context) {
+  RunContext quiet;
+  quiet.threads = context.threads;
+  quiet.seed = context.seed;
+  quiet.cancel = context.cancel;
+  return quiet;
+}
+
+ReconstructOptions trial_options(ReconstructOptions options, double detail) {
+  options.detail = detail;
+  options.hem.on_level = nullptr;
+  options.triangulate.on_snapshot = nullptr;
+  options.self_intersections = false;
+  return options;
+}
+
+/// Points drawn at random, and the others.
+struct Split {
+  std::vector<Index> held_out, rest;
+};
+
+Split split(std::size_t points, double share, std::uint64_t stream, std::uint64_t seed) {
+  Split s;
+  for (Index i = 0; i < points; ++i) (random_uniform(seed, stream, i) < share ? s.held_out : s.rest).push_back(i);
+  return s;
+}
+
+std::string number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.4g", value);
+  return text;
+}
+
+struct Search {
+  const PreparedCloud& cloud;
+  const ReconstructOptions& options;
+  const RunContext& context;
+  ScaleSearchReport& found;
+
+  RunContext quiet = silent(context);
+
+  void warn(const std::string& warning, ErrorReport& report) const {
+    context.warn(warning);
+    report.warnings.push_back(warning);
+  }
+};
+
+// The budget.
+
+/// Number of Gaussians at a level of detail, and with `triangulated` that of the vertices of their covariance mesh.
+std::size_t try_detail(const Search& search, double detail, bool triangulated) {
+  const ReconstructOptions options = trial_options(search.options, detail);
+  ErrorReport report;
+  const Mixture mixture = mixture_stage(search.cloud, options, search.quiet, report);
+  ScaleTrial& trial = search.found.tried.emplace_back();
+  trial.detail = detail;
+  trial.sigma0 = report.scale->sigma0;
+  trial.components = mixture.size();
+  search.found.chosen = search.found.tried.size() - 1;
+  search.context.progress("scale", static_cast<double>(search.found.tried.size()) / (max_trials + 1));
+  if (!triangulated) return mixture.size();
+  trial.vertices = triangulate_stage(mixture, options, search.quiet, report).vertices.size();
+  return *trial.vertices;
+}
+
+/// ln detail at which the number of Gaussians reaches `target`, from the two trials closest to it.
+double next_detail(const std::vector<ScaleTrial>& tried, double target) {
+  const auto miss = [target](const ScaleTrial& t) {
+    return std::abs(std::log(static_cast<double>(t.components) / target));
+  };
+  const auto off = [](const ScaleTrial& a, const ScaleTrial& b) {
+    return std::log(static_cast<double>(a.components) / static_cast<double>(b.components));
+  };
+  const ScaleTrial *best = &tried.front(), *second = nullptr;
+  for (const ScaleTrial& t : tried)
+    if (miss(t) < miss(*best)) best = &t;
+  for (const ScaleTrial& t : tried)
+    if (t.detail != best->detail && (second == nullptr || miss(t) < miss(*second))) second = &t;
+  // The number grows with the square of the detail where the kernel is wide, and slower elsewhere.
+  double slope = second == nullptr ? 2 : off(*best, *second) / std::log(best->detail / second->detail);
+  slope = std::clamp(slope, 0.5, 3.0);
+  return best->detail * std::pow(target / static_cast<double>(best->components), 1 / slope);
+}
+
+/// Detail at which the mixture has about, and at most, `target` Gaussians. Throws OptionError if there is none.
+double detail_for(const Search& search, double target) {
+  const std::vector<ScaleTrial>& tried = search.found.tried;
+  const auto largest_within = [&]() -> const ScaleTrial* {
+    const ScaleTrial* best = nullptr;
+    for (const ScaleTrial& t : tried)
+      if (static_cast<double>(t.components) <= target && (best == nullptr || t.components > best->components))
+        best = &t;
+    return best;
+  };
+  for (int i = 0; i < max_trials; ++i) {
+    const ScaleTrial* best = largest_within();
+    if (best != nullptr && static_cast<double>(best->components) >= close_enough * target) break;
+    const double detail = std::clamp(next_detail(tried, 0.5 * (1 + close_enough) * target), min_detail, 1.0);
+    if (std::any_of(tried.begin(), tried.end(), [&](const ScaleTrial& t) { return t.detail == detail; })) break;
+    try_detail(search, detail, false);
+  }
+  const ScaleTrial* best = largest_within();
+  if (best == nullptr)
+    throw OptionError("budget must be larger, not " + std::to_string(search.options.budget) +
+                      ": the widest kernel leaves " + std::to_string(tried.back().components) + " Gaussians");
+  return best->detail;
+}
+
+ReconstructOptions within_budget(const Search& search) {
+  const std::size_t budget = search.options.budget;
+  ReconstructOptions chosen = search.options;
+  chosen.fit.max_vertices = budget;
+  if (try_detail(search, 1, true) <= budget) return chosen;
+  const bool refined = chosen.fit.steps > 0 && chosen.fit.refinements > 0;
+  double target = (refined ? mixture_share : 1) * static_cast<double>(budget);
+  // Filled holes and vertices that part may take more than the mixture leaves.
+  for (std::size_t vertices = budget + 1; vertices > budget;
+       target *= close_enough * static_cast<double>(budget) / static_cast<double>(vertices)) {
+    chosen.detail = detail_for(search, target);
+    try {
+      vertices = try_detail(search, chosen.detail, true);
+    } catch (const NoSurfaceError& error) {
+      throw OptionError("budget must be larger, not " + std::to_string(budget) + ": " + error.what());
+    }
+  }
+  return chosen;
+}
+
+// The error.
+
+/// Vertices that the fit may lead to from a mixture: without a limit it would make up with them for a wide kernel, and
+/// the coarsest mixture would not have the coarsest mesh.
+std::size_t fit_limit(std::size_t components) {
+  return static_cast<std::size_t>(static_cast<double>(components) / mixture_share);
+}
+
+/// Bound of the error of the chain on the points that are not held out; infinite if no surface comes out.
+double try_error(const Search& search, const PreparedCloud& rest, const std::vector<Vec3>& held_out, double detail) {
+  ReconstructOptions options = trial_options(search.options, detail);
+  const double unit = rest.clean.cloud.frame.scale();
+  ErrorReport report;
+  ScaleTrial& trial = search.found.tried.emplace_back();
+  trial.detail = detail;
+  const Mixture mixture = mixture_stage(rest, options, search.quiet, report);
+  trial.sigma0 = report.scale->sigma0;
+  trial.components = mixture.size();
+  if (detail < 1) options.fit.max_vertices = fit_limit(mixture.size());
+  search.context.progress("scale", static_cast<double>(search.found.tried.size()) / max_error_trials);
+  CovMesh covmesh;
+  try {
+    covmesh = triangulate_stage(mixture, options, search.quiet, report);
+  } catch (const NoSurfaceError&) {
+    return std::numeric_limits<double>::infinity();
+  }
+  covmesh = fit_stage(std::move(covmesh), rest, options, search.quiet, report);
+  trial.vertices = covmesh.vertices.size();
+  const Mesh mesh = subdivide_stage(covmesh, options, search.quiet, report);
+  trial.error = held_out_error(mesh, held_out, search.quiet).bound() * unit;
+  return *trial.error / (rest.diagonal * unit);
+}
+
+ReconstructOptions within_error(const Search& search, ErrorReport& report) {
+  const PointCloud& cloud = search.cloud.clean.cloud;
+  ReconstructOptions chosen = search.options;
+  const Split points = split(cloud.size(), error_share, error_stream, search.context.seed);
+  if (points.held_out.size() < min_held_out) {
+    search.warn("too few points to hold some out and measure an error; the kernel width stays automatic", report);
+    return chosen;
+  }
+  PreparedCloud rest = search.cloud;
+  rest.clean.cloud = select(cloud, points.rest);
+  std::vector<Vec3> held_out;
+  for (const Index i : points.held_out) held_out.push_back(cloud.positions[i]);
+
+  const double limit = search.options.max_error_rel;
+  const auto detail_of = [](int half_octaves) { return std::pow(2.0, -0.5 * half_octaves); };
+  const double automatic = try_error(search, rest, held_out, 1);
+  if (automatic > limit) {
+    const std::string known =
+        std::isinf(automatic) ? "no surface comes out without the points that are held out"
+                              : "the error may be " + number(automatic) + " of the diagonal with the automatic kernel";
+    search.warn(known + ": " + number(limit) + " cannot be promised; the kernel width stays automatic", report);
+    return chosen;
+  }
+  int fine = 0, coarse = max_half_octaves + 1;
+  while (coarse - fine > 1) {
+    const int middle = (fine + coarse) / 2;
+    if (try_error(search, rest, held_out, detail_of(middle)) > limit) {
+      coarse = middle;
+    } else {
+      fine = middle;
+      search.found.chosen = search.found.tried.size() - 1;
+    }
+  }
+  chosen.detail = detail_of(fine);
+  if (fine > 0) chosen.fit.max_vertices = fit_limit(search.found.tried[search.found.chosen].components);
+  return chosen;
+}
+
+}  // namespace
+
+ReconstructOptions choose_scale(const PreparedCloud& cloud, const ReconstructOptions& options,
+                                const RunContext& context, ErrorReport& report) {
+  if (options.budget == 0 && options.max_error_rel == 0) return options;
+  ScaleReport& scale = report.scale ? *report.scale : report.scale.emplace();
+  const Search search{cloud, options, context, scale.search.emplace()};
+  const bool by_budget = options.budget > 0;
+  search.found.by = by_budget ? "budget" : "max_error";
+  search.found.wanted = by_budget ? static_cast<double>(options.budget) : options.max_error_rel;
+  ReconstructOptions chosen = by_budget ? within_budget(search) : within_error(search, report);
+  for (const ScaleTrial& t : search.found.tried)
+    context.log(LogLevel::info, "tried detail " + number(t.detail) + ": " + std::to_string(t.components) +
+                                    " Gaussians" +
+                                    (t.error ? ", error at most " + number(*t.error / report.diagonal) : ""));
+  return chosen;
+}
+
+void check_scale(const PreparedCloud& cloud, const ReconstructOptions& options, const RunContext& context,
+                 ErrorReport& report) {
+  const PointCloud& all = cloud.clean.cloud;
+  const Split points = split(all.size(), likelihood_share, likelihood_stream, context.seed);
+  if (points.held_out.size() < min_held_out) {
+    const std::string warning = "too few points to hold some out and check the kernel width";
+    context.warn(warning);
+    report.warnings.push_back(warning);
+    return;
+  }
+  const PointCloud rest = select(all, points.rest), judges = select(all, points.held_out);
+  const RunContext quiet = silent(context);
+  const Scale scale = estimate_scale(rest, options.scale, quiet);
+  HemOptions hem = options.hem;
+  hem.on_level = nullptr;
+  hem.spacing = scale.spacing;
+  LikelihoodOptions likelihood;
+  likelihood.outlier_volume = std::pow(cloud.diagonal, 3);
+  ScaleReport& described = report.scale ? *report.scale : report.scale.emplace();
+  ScaleCheckReport& check = described.check.emplace();
+  check.held_out_points = judges.size();
+  double weight = 0;
+  for (std::size_t i = 0; i < judges.size(); ++i) weight += judges.weight(i);
+  constexpr std::array factors{0.5, 1 / std::numbers::sqrt2, 1.0, std::numbers::sqrt2, 2.0};
+  for (const double factor : factors) {
+    hem.sigma0 = factor * automatic_sigma0(scale, hem.initial);
+    const Mixture mixture = build_mixture(rest, hem, quiet);
+    const std::vector<double> values = log_likelihoods(mixture, judges.positions, likelihood, quiet);
+    double sum = 0;
+    for (std::size_t i = 0; i < values.size(); ++i) sum += judges.weight(i) * values[i];
+    KernelLikelihood& tried = check.tried.emplace_back();
+    tried.factor = factor;
+    tried.sigma0 = hem.sigma0 * all.frame.scale();
+    tried.components = mixture.size();
+    // Densities per cubed diagonal, so that units do not matter.
+    tried.mean_log_likelihood = sum / weight + 3 * std::log(cloud.diagonal);
+    context.progress("scale", static_cast<double>(check.tried.size()) / factors.size());
+    context.log(LogLevel::info,
+                "kernel " + number(factor) + " of the automatic width: " + std::to_string(mixture.size()) +
+                    " Gaussians, log-likelihood " + number(tried.mean_log_likelihood) + " per held-out point");
+  }
+  check.best = std::max_element(check.tried.begin(), check.tried.end(),
+                                [](const KernelLikelihood& a, const KernelLikelihood& b) {
+                                  return a.mean_log_likelihood < b.mean_log_likelihood;
+                                })
+                   ->factor;
+}
+
+}  // namespace gpsrecon
