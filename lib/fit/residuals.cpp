@@ -24,7 +24,12 @@ double median_in_place(std::vector<double>::iterator begin, std::vector<double>:
   return *middle;
 }
 
-/// Per control vertex: the median |offset| of the points at its samples, but at least `floor`.
+/// Larger than this many median offsets of all points the scale does not become: where only outliers are left around a
+/// vertex, they would pull the surface out to more of them.
+constexpr double largest_scale = 4;
+
+/// Per control vertex: the median |offset| of the points at its samples, but at least `floor` and at most a few times
+/// that.
 std::vector<double> local_scales(const std::vector<Index>& control, std::size_t control_count,
                                  const Assignment& assignment, double floor) {
   std::vector<std::uint32_t> begin(control_count + 1, 0);
@@ -37,7 +42,8 @@ std::vector<double> local_scales(const std::vector<Index>& control, std::size_t 
   std::vector<double> scale(control_count, floor);
   for (std::size_t v = 0; v < control_count; ++v)
     if (begin[v + 1] - begin[v] >= min_points_for_scale)
-      scale[v] = std::max(floor, median_in_place(grouped.begin() + begin[v], grouped.begin() + begin[v + 1]));
+      scale[v] = std::clamp(median_in_place(grouped.begin() + begin[v], grouped.begin() + begin[v + 1]), floor,
+                            largest_scale * floor);
   return scale;
 }
 

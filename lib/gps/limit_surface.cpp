@@ -154,9 +154,11 @@ std::vector<Index> LimitSurface::control_of_samples() const {
   std::vector<Index> control(control_count_);
   std::iota(control.begin(), control.end(), Index{0});
   for (const StencilTable& step : steps_) {
-    std::vector<Index> refined(step.rows());
-    for (std::size_t r = 0; r < refined.size(); ++r) refined[r] = control[step.row_indices(r).front()];
-    control.swap(refined);
+    // Edges come after vertices; their rows begin with their two ends.
+    for (std::size_t r = step.columns; r < step.rows(); ++r) {
+      const auto ends = step.row_indices(r).first(2);
+      control.push_back(std::min(control[ends[0]], control[ends[1]]));
+    }
   }
   return control;
 }

@@ -52,7 +52,8 @@ class LimitSurface {
   template <class T>
   std::vector<T> to_level(std::span<const T> values, std::size_t level) const;
 
-  /// Per sample the control vertex it grew from: itself, or an end of the edge it was put on.
+  /// Per sample the control vertex it grew from: itself, or of the ends of the edge it was put on the one that grew
+  /// from the vertex with the smaller number, so that the order of the faces does not matter.
   std::vector<Index> control_of_samples() const;
 
  private:

@@ -170,10 +170,6 @@ TEST(Fit, IgnoresGrossOutliers) {
   const PointCloud clean = sphere_cloud(8000, 0.005);
   const double error = rms_to_unit_sphere(fit(mesh, clean).mesh);
   const double with_fifth = rms_to_unit_sphere(fit(mesh, with_outliers(clean, 2000)).mesh);
-  for (int r = 0; r < 3; ++r)
-    std::cout << r << " " << rms_to_unit_sphere(fit(mesh, clean, {.refinements = r}).mesh) << " "
-              << rms_to_unit_sphere(fit(mesh, with_outliers(clean, 2000), {.refinements = r}).mesh) << " "
-              << fit(mesh, with_outliers(clean, 2000), {.refinements = r}).added_vertices << "\n";
   EXPECT_LT(error, 0.002);
   EXPECT_LT(with_fifth, 1.5 * error) << error;
 }

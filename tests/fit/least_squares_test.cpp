@@ -73,7 +73,7 @@ struct Problem {
     MatrixXd priors = MatrixXd::Zero(n, n);
     for (long i = 0; i < n; ++i) priors(i, i) += hold(moved[i], variance[i]);
     for (const auto& [p, q] : edges) {
-      const double coupling = 4.0 / 6 * hold(moved[p] - moved[q], variance[p] + variance[q]);
+      const double coupling = 3.0 / 6 * hold(moved[p] - moved[q], variance[p] + variance[q]);
       priors(p, p) += coupling;
       priors(q, q) += coupling;
       priors(p, q) -= coupling;

@@ -99,7 +99,7 @@ TEST(Residuals, SumsAreBiweights) {
       if (control[assignment.sample[j]] == control[assignment.sample[i]])
         around.push_back(std::abs(assignment.offset[j]));
     std::sort(around.begin(), around.end());
-    const double local = around.size() < 3 ? scale : std::max(scale, around[around.size() / 2]);
+    const double local = around.size() < 3 ? scale : std::clamp(around[around.size() / 2], scale, 4 * scale);
     wider += local > scale;
     const double d = assignment.offset[i], u = d / (4.685 * 1.4826 * local);
     if (held_out[i] || std::abs(u) >= 1) continue;
