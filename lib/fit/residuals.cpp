@@ -26,7 +26,7 @@ double median_in_place(std::vector<double>::iterator begin, std::vector<double>:
 
 /// Larger than this many median offsets of all points the scale does not become: where only outliers are left around a
 /// vertex, they would pull the surface out to more of them.
-constexpr double largest_scale = 4;
+constexpr double largest_scale = 10;
 
 /// Per control vertex: the median |offset| of the points at its samples, but at least `floor` and at most a few times
 /// that.
