@@ -26,9 +26,9 @@ struct FitOptions {
 struct Fit {
   CovMesh mesh;
   int steps = 0;                     ///< taken, over all rounds
-  int refinements = 0;               ///< rounds of refinement that brought points closer
+  int refinements = 0;               ///< rounds of refinement that were kept
   std::size_t added_vertices = 0;    ///< by refinement
-  std::size_t restrained_faces = 0;  ///< faces that a step would have turned over; their vertices moved less
+  std::size_t restrained_faces = 0;  ///< faces turned too far or cutting others by a step; their vertices moved less
   std::size_t held_out_points = 0;   ///< that only judged; 0 if there were too few points
   double held_out_before = 0;        ///< median distance of those points from the tangent plane closest to them, before
   double held_out_after = 0;         ///< the fit and after it, in units of the positions
@@ -38,12 +38,13 @@ struct Fit {
 /// points, and refines it where they show detail: robust least squares of the normal offsets of the points from the
 /// samples of the surface closest to them (Tukey's biweight, scale from the points around each control vertex), linear
 /// in moves of the means along the normals, by conjugate gradients. A mean's own place counts as one point, its
-/// neighbours' moves as four, the less the more significant a move is. No step turns a face over. Steps end when the
-/// points come no closer. A sixteenth of them is held out: a refinement is undone that takes the surface significantly
-/// away from those. Vertices on the rim of an open surface also move outward, to where the points end (if
-/// `mesh.vertices.spacing` is known). New vertices have the Gaussians of a Loop step and a share of the weight of their
-/// edge's ends. Mesh and cloud must be in the same frame. O(n log m) for n points and m samples. Throws OptionError,
-/// InvariantError, Cancelled.
+/// neighbours' moves as three, the less the more significant a move is. No mean leaves its Gaussian by more than three
+/// standard deviations, no step turns a face by more than 60 degrees, and moves that make the control mesh intersect
+/// itself are taken back. Steps end when the points come no closer. A sixteenth of them is held out: a refinement is
+/// undone that takes the surface significantly away from those. Vertices on the rim of an open surface also move
+/// outward, to where the points end (if `mesh.vertices.spacing` is known). New vertices have the Gaussians of a Loop
+/// step and a share of the weight of their edge's ends. Mesh and cloud must be in the same frame. O(n log m) for n
+/// points and m samples. Throws OptionError, InvariantError, Cancelled.
 Fit fit(CovMesh mesh, const PointCloud& cloud, const FitOptions& options = {}, const RunContext& context = {});
 
 }  // namespace gpsrecon

@@ -8,7 +8,7 @@ namespace {
 
 /// What the mixture says about a mean counts as much as one point does,
 constexpr double anchor_weight = 1;
-/// and that it should move as its neighbours do, as four, shared by the six edges of a regular vertex.
+/// and that it should move as its neighbours do, as three, shared by the six edges of a regular vertex.
 constexpr double coupling_weight = 3.0 / 6;
 /// Both priors are heavy-tailed: they hold moves that could be noise and let go of significant ones (Cauchy; the number
 /// is the squared move, in its own variance, that halves their weight, inverted).

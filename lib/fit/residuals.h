@@ -40,7 +40,7 @@ struct Residuals {
 };
 
 /// Points in `held_out` do not count. The scale of the biweight is the median |offset| around the sample's control
-/// vertex, where that is more than `scale`, up to four times that: points on a crease that the surface still rounds off
+/// vertex, where that is more than `scale`, up to ten times that: points on a crease that the surface still rounds off
 /// are no outliers.
 Residuals robust_residuals(const LimitSurface& surface, const Assignment& assignment, const PointCloud& cloud,
                            const std::vector<char>& held_out, double scale);
