@@ -105,6 +105,9 @@ void bind_triangulate(Arguments& arguments, ReconstructOptions& options) {
                    "[0, 1)");
   arguments.option("--max-pinhole", "N", options.triangulate.max_pinhole_edges,
                    "close boundary loops of at most N edges that the mixture itself bridges, 0 = none", ">= 0");
+  arguments.option("--max-handle", "N", options.triangulate.max_handle_edges,
+                   "remove handles that a loop of at most N edges cuts, where the mixture reaches across, 0 = none",
+                   ">= 0");
   arguments.option(
       "--holes", "auto|keep|fill:X|all",
       "boundary loops to fill: those that Gaussians reach across, none, also those up to X times the diagonal, or all",

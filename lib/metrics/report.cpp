@@ -111,6 +111,7 @@ Json to_object(const CovMeshReport& r, double diagonal) {
           {"split_vertices", r.split_vertices},
           {"flipped_edges", r.flipped_edges},
           {"closed_pinholes", r.closed_pinholes},
+          {"removed_handles", r.removed_handles},
           {"untangled", r.untangled},
           {"filled_holes", r.filled_holes},
           {"filled_rims", r.filled_rims},

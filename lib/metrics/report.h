@@ -106,6 +106,7 @@ struct CovMeshReport {
   std::size_t split_vertices = 0;
   std::size_t flipped_edges = 0;
   std::size_t closed_pinholes = 0;
+  std::size_t removed_handles = 0;
   std::size_t untangled = 0;
   std::size_t filled_holes = 0, filled_rims = 0, filled_vertices = 0;
   std::size_t flipped_components = 0;

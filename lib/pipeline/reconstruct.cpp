@@ -251,6 +251,7 @@ CovMesh triangulate_stage(const Mixture& mixture, const ReconstructOptions& opti
   described.split_vertices = result.split_vertices;
   described.flipped_edges = result.flipped_edges;
   described.closed_pinholes = result.closed_pinholes;
+  described.removed_handles = result.removed_handles;
   described.untangled = result.untangled;
   described.filled_holes = result.filled_holes;
   described.filled_rims = result.filled_rims;

@@ -1,5 +1,6 @@
 #include <gpsrecon/core/mesh_topology.h>
 #include <gpsrecon/core/neighbors.h>
+#include <gpsrecon/triangulate/handles.h>
 #include <gpsrecon/triangulate/hole_patch.h>
 #include <gpsrecon/triangulate/holes.h>
 #include <Eigen/Geometry>
@@ -170,31 +171,46 @@ void append_vertices(Mixture& vertices, std::vector<Index>& component_of_vertex,
 }  // namespace
 
 Mending mend(CovMesh& mesh, std::vector<Index>& component_of_vertex, const Mixture& mixture,
-             const TriangulateOptions& options) {
+             const TriangulateOptions& options, const RunContext& context) {
   Mending result;
   result.reason.assign(mesh.vertices.size(), LoopReason::kept);
   const std::vector<Loop> loops = find_loops(mesh);
   const double longest = options.fill_length_rel * bounding_box_diagonal(mesh.vertices.means);
   EdgeLengths edges;
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) edges.add(mesh.faces[f], mesh.vertices.means);
+  const auto append = [&](const std::vector<Index>& rim, const HolePatch& patch) {
+    append_vertices(mesh.vertices, component_of_vertex, patch, rim, edges);
+  };
   HolePatcher patcher(mesh.vertices.means, mesh.faces);
   patcher.untangle([&](const std::vector<Index>& rim, const HolePatch& patch) {
-    append_vertices(mesh.vertices, component_of_vertex, patch, rim, edges);
+    append(rim, patch);
     ++result.untangled;
   });
-  std::optional<Support> support;  // made for the first loop that needs it
+  std::optional<Support> support;  // made for the first patch that needs it
+  const auto supported = [&](const HolePatch& patch) {
+    if (!support) support.emplace(mixture, options.min_overlap);
+    return support->covers(patch, mesh.vertices.means);
+  };
+  // Short loops first. Removing one handle may make room to remove the next.
+  for (std::size_t before = result.handles + 1; before != result.handles;) {
+    before = result.handles;
+    for (const std::vector<Index>& loop : handle_loops(mesh.vertices.means, patcher.faces(),
+                                                       static_cast<std::size_t>(options.max_handle_edges), context))
+      result.handles += patcher.cut(loop, supported, append) ? 1 : 0;
+  }
 
   const auto fill = [&](const Loop& loop) {
     const bool asked =
         options.holes == HolePolicy::all || (options.holes == HolePolicy::fill && loop.length <= longest);
     if (loop.rim && !asked) return std::optional(LoopReason::rim);
     if (options.holes == HolePolicy::keep) return std::optional(LoopReason::kept);
-    if (!asked && !support) support.emplace(mixture, options.min_overlap);
-    HolePatch patch;
-    const auto wanted = [&](const HolePatch& p) { return asked || support->covers(p, mesh.vertices.means); };
-    switch (patcher.close(loop.vertices, wanted, patch)) {
+    const std::size_t vertices_before = mesh.vertices.size();
+    switch (patcher.close(
+        loop.vertices, [&](const HolePatch& p) { return asked || supported(p); }, append)) {
       case HolePatcher::Outcome::closed:
         break;
+      case HolePatcher::Outcome::gone:
+        return std::optional<LoopReason>();
       case HolePatcher::Outcome::no_patch:
         return std::optional(LoopReason::no_patch);
       case HolePatcher::Outcome::intersecting:
@@ -202,10 +218,9 @@ Mending mend(CovMesh& mesh, std::vector<Index>& component_of_vertex, const Mixtu
       case HolePatcher::Outcome::refused:
         return std::optional(options.holes == HolePolicy::fill ? LoopReason::too_long : LoopReason::no_points);
     }
-    append_vertices(mesh.vertices, component_of_vertex, patch, loop.vertices, edges);
     ++result.filled;
     result.rims += loop.rim ? 1 : 0;
-    result.new_vertices += patch.positions.size();
+    result.new_vertices += mesh.vertices.size() - vertices_before;
     return std::optional<LoopReason>();
   };
   for (const Loop& loop : loops)

@@ -67,6 +67,7 @@ void TriangulateOptions::check() const {
     fail("min_component_share", "in [0, 1)", min_component_share);
   if (!(min_weight_share >= 0 && min_weight_share < 1)) fail("min_weight_share", "in [0, 1)", min_weight_share);
   if (max_pinhole_edges < 0) fail("max_pinhole_edges", "at least 0", max_pinhole_edges);
+  if (max_handle_edges < 0) fail("max_handle_edges", "at least 0", max_handle_edges);
   if (!(fill_length_rel >= 0 && std::isfinite(fill_length_rel)))
     fail("fill_length_rel", "at least 0 and finite", fill_length_rel);
   if (sensor && !sensor->allFinite()) throw OptionError("sensor must be finite");
@@ -115,8 +116,9 @@ Triangulation triangulate(const Mixture& mixture, const TriangulateOptions& opti
   for (Index v = 0; v < mixture.size(); ++v) result.component_of_vertex[v] = v;
   result.split_vertices = split_vertices(mesh.vertices, result.component_of_vertex, mesh.faces);
   compact(mesh.vertices, result.component_of_vertex, mesh.faces);
-  const Mending mending = mend(mesh, result.component_of_vertex, mixture, options);
+  const Mending mending = mend(mesh, result.component_of_vertex, mixture, options, context);
   result.untangled = mending.untangled;
+  result.removed_handles = mending.handles;
   result.filled_holes = mending.filled;
   result.filled_rims = mending.rims;
   result.filled_vertices = mending.new_vertices;

@@ -40,6 +40,10 @@ struct TriangulateOptions {
   double min_weight_share = 0.1;
   /// Boundary loops of at most this many edges that the mixture itself bridges are closed. Range: >= 0; 0 = none.
   int max_pinhole_edges = 24;
+  /// Handles are removed that a loop of at most this many edges runs around or through, if what closes the surface
+  /// instead lies within reach of the mixture. Three Gaussians that overlap in pairs are a triangle as well as a tube;
+  /// a tube of four may be real. Range: >= 0; below 3 = none.
+  int max_handle_edges = 3;
   /// Which boundary loops are filled.
   HolePolicy holes = HolePolicy::automatic;
   /// With HolePolicy::fill the length of the longest loop that is filled in any case, as a share of the diagonal of the
@@ -69,6 +73,7 @@ struct Triangulation {
   std::size_t flipped_edges = 0;           ///< interior edges flipped for a better grade
   std::size_t closed_pinholes = 0;         ///< boundary loops closed because the mixture bridges them
   std::size_t untangled = 0;               ///< places where the surface intersected itself that were replaced
+  std::size_t removed_handles = 0;         ///< handles too small for the mixture to tell from none
   std::size_t filled_holes = 0;            ///< boundary loops closed as `holes` asks
   std::size_t filled_rims = 0;             ///< of these, outer rims of open sheets
   std::size_t filled_vertices = 0;         ///< vertices made for that

@@ -1,0 +1,250 @@
+#include <gpsrecon/core/mesh_topology.h>
+#include <gpsrecon/core/parallel.h>
+#include <gpsrecon/triangulate/handles.h>
+#include <algorithm>
+#include <numeric>
+#include <optional>
+#include <tuple>
+
+namespace gpsrecon {
+namespace {
+
+using Loop = std::vector<Index>;
+
+/// The half-edges that leave each vertex, with those that enter it where the edge has no other half.
+struct Surface {
+  const FaceList& faces;
+  HalfEdges he;
+  std::vector<std::uint32_t> offset;
+  std::vector<Index> edges;  ///< one half-edge of each edge at the vertex
+
+  Surface(const FaceList& list, std::size_t vertex_count) : faces(list), he(half_edges(list, vertex_count)) {
+    offset.assign(vertex_count + 1, 0);
+    const auto for_each_end = [&](const auto& visit) {
+      for (Index h = 0; h < he.opposite.size(); ++h)
+        if (is_edge(h)) visit(source(h), h), visit(target(h), h);
+    };
+    for_each_end([&](Index v, Index) { ++offset[v + 1]; });
+    std::partial_sum(offset.begin(), offset.end(), offset.begin());
+    edges.resize(offset.back());
+    std::vector<std::uint32_t> next(offset.begin(), offset.end() - 1);
+    for_each_end([&](Index v, Index h) { edges[next[v]++] = h; });
+  }
+
+  Index source(Index h) const { return faces.corners[h]; }
+  Index target(Index h) const { return faces.corners[he.next[h]]; }
+  Index other_end(Index h, Index v) const { return source(h) == v ? target(h) : source(h); }
+  /// Of the two halves of an edge, the one that stands for it.
+  bool is_edge(Index h) const { return he.opposite[h] == no_index || h < he.opposite[h]; }
+};
+
+/// Marks that are forgotten all at once.
+class Marks {
+ public:
+  explicit Marks(std::size_t size) : value_(size, 0), round_(size, 0) {}
+  void clear() { ++now_; }
+  bool has(Index i) const { return round_[i] == now_; }
+  Index operator[](Index i) const { return value_[i]; }
+  void set(Index i, Index value) { round_[i] = now_, value_[i] = value; }
+
+ private:
+  std::vector<Index> value_;
+  std::vector<std::uint64_t> round_;
+  std::uint64_t now_ = 0;
+};
+
+class LoopFinder {
+ public:
+  LoopFinder(const Surface& surface, std::size_t vertex_count, std::size_t max_edges)
+      : surface_(surface), max_edges_(max_edges), number_(vertex_count), side_(surface.faces.size()) {}
+
+  /// Appends the loops through `base`.
+  void find(Index base, std::vector<Loop>& loops) {
+    grow_ball(base);
+    collect_faces();
+    for (const Index edge : generators()) {
+      std::optional<Loop> loop = loop_across(edge);
+      if (loop && keeps_together(*loop)) loops.push_back(std::move(*loop));
+    }
+  }
+
+ private:
+  struct Reached {
+    Index vertex, parent;  ///< parent: number within the ball
+    std::size_t hops;
+  };
+
+  void grow_ball(Index base) {
+    number_.clear();
+    ball_.assign(1, {base, 0, 0});
+    number_.set(base, 0);
+    for (Index i = 0; i < ball_.size() && 2 * (ball_[i].hops + 1) <= max_edges_; ++i)
+      for (std::uint32_t k = surface_.offset[ball_[i].vertex]; k < surface_.offset[ball_[i].vertex + 1]; ++k) {
+        const Index to = surface_.other_end(surface_.edges[k], ball_[i].vertex);
+        if (number_.has(to)) continue;
+        number_.set(to, static_cast<Index>(ball_.size()));
+        ball_.push_back({to, i, ball_[i].hops + 1});
+      }
+  }
+
+  /// Edges of the ball outside its tree, longest loop first, and a number for each face beside one of them: 0 for all
+  /// that are not whole in the ball.
+  void collect_faces() {
+    edges_.clear();
+    side_.clear();
+    face_count_ = 1;
+    const auto number_face = [&](Index h) {
+      if (h == no_index) return Index{0};
+      const Index f = surface_.he.face[h];
+      if (!side_.has(f)) {
+        const auto corners = surface_.faces[f];
+        const bool whole = std::all_of(corners.begin(), corners.end(), [&](Index v) { return number_.has(v); });
+        side_.set(f, whole ? face_count_++ : 0);
+      }
+      return side_[f];
+    };
+    for (Index i = 0; i < ball_.size(); ++i)
+      for (std::uint32_t k = surface_.offset[ball_[i].vertex]; k < surface_.offset[ball_[i].vertex + 1]; ++k) {
+        const Index h = surface_.edges[k];
+        const Index to = surface_.other_end(h, ball_[i].vertex);
+        if (!number_.has(to) || number_[to] < i) continue;
+        const Index j = number_[to];
+        if (ball_[j].parent == i && j != 0) continue;
+        edges_.push_back({ball_[i].hops + ball_[j].hops + 1, h, number_face(h), number_face(surface_.he.opposite[h])});
+      }
+    std::sort(edges_.begin(), edges_.end(), [](const BallEdge& a, const BallEdge& b) {
+      return std::pair(a.loop_edges, a.half_edge) > std::pair(b.loop_edges, b.half_edge);
+    });
+  }
+
+  /// Edges that neither the tree nor a maximum spanning tree of the faces across the other edges has.
+  std::vector<Index> generators() {
+    std::vector<Index> root(face_count_);
+    std::iota(root.begin(), root.end(), Index{0});
+    const auto find = [&](Index f) {
+      while (root[f] != f) f = root[f] = root[root[f]];
+      return f;
+    };
+    std::vector<Index> found;
+    for (const BallEdge& e : edges_) {
+      const Index a = find(e.left), b = find(e.right);
+      if (a != b)
+        root[std::max(a, b)] = std::min(a, b);
+      else if (e.loop_edges <= max_edges_)
+        found.push_back(e.half_edge);
+    }
+    return found;
+  }
+
+  /// The tree's paths to both ends of an edge, and the edge, if they only share the base.
+  std::optional<Loop> loop_across(Index edge) const {
+    const auto path = [&](Index v) {
+      Loop up;
+      for (Index i = number_[v]; i != 0; i = ball_[i].parent) up.push_back(ball_[i].vertex);
+      return up;
+    };
+    Loop loop = path(surface_.source(edge));
+    const Loop back = path(surface_.target(edge));
+    // Paths of a tree that share a vertex share the one next to the base.
+    if (!loop.empty() && !back.empty() && loop.back() == back.back()) return std::nullopt;
+    loop.push_back(ball_.front().vertex);
+    loop.insert(loop.end(), back.rbegin(), back.rend());
+    return loop;
+  }
+
+  /// The faces on both sides of the loop are connected otherwise than across it: searched from both sides in turn, so
+  /// that a small piece that falls off is noticed when it is seen whole.
+  bool keeps_together(const Loop& loop) {
+    const auto crosses_loop = [&](Index h) {
+      const Index a = surface_.source(h), b = surface_.target(h);
+      for (std::size_t k = 0; k < loop.size(); ++k) {
+        const Index c = loop[k], d = loop[(k + 1) % loop.size()];
+        if ((a == c && b == d) || (a == d && b == c)) return true;
+      }
+      return false;
+    };
+    Index across = no_index;
+    for (std::uint32_t k = surface_.offset[loop[0]]; k < surface_.offset[loop[0] + 1]; ++k)
+      if (surface_.other_end(surface_.edges[k], loop[0]) == loop[1]) across = surface_.edges[k];
+    if (surface_.he.opposite[across] == no_index) return false;
+    side_.clear();
+    std::array<std::vector<Index>, 2> queue;
+    for (Index s = 0; s < 2; ++s) {
+      queue[s].push_back(surface_.he.face[s == 0 ? across : surface_.he.opposite[across]]);
+      side_.set(queue[s][0], s);
+    }
+    for (std::array<std::size_t, 2> at{0, 0};;)
+      for (Index s = 0; s < 2; ++s) {
+        if (at[s] == queue[s].size()) return false;
+        const Index f = queue[s][at[s]++];
+        for (Index h = surface_.faces.offsets[f]; h < surface_.faces.offsets[f + 1]; ++h) {
+          const Index opposite = surface_.he.opposite[h];
+          if (opposite == no_index || crosses_loop(h)) continue;
+          const Index g = surface_.he.face[opposite];
+          if (side_.has(g) && side_[g] != s) return true;
+          if (side_.has(g)) continue;
+          side_.set(g, s);
+          queue[s].push_back(g);
+        }
+      }
+  }
+
+  struct BallEdge {
+    std::size_t loop_edges;
+    Index half_edge, left, right;
+  };
+
+  const Surface& surface_;
+  std::size_t max_edges_;
+  Marks number_;  ///< per vertex of the ball: its place in ball_
+  Marks side_;    ///< per face: its number in the ball, or the side of a loop from which it was reached
+  std::vector<Reached> ball_;
+  std::vector<BallEdge> edges_;
+  Index face_count_ = 0;
+};
+
+/// Begins with the smallest vertex and goes on with the smaller of its neighbours.
+void normalize(Loop& loop) {
+  std::rotate(loop.begin(), std::min_element(loop.begin(), loop.end()), loop.end());
+  if (loop.back() < loop[1]) std::reverse(loop.begin() + 1, loop.end());
+}
+
+}  // namespace
+
+std::size_t genus(const FaceList& faces, std::size_t vertex_count) {
+  const Topology t = topology(faces, vertex_count);
+  const long twice = 2 * static_cast<long>(t.components) - t.euler - static_cast<long>(t.boundary_loops);
+  return static_cast<std::size_t>(std::max(twice, 0L) / 2);
+}
+
+std::vector<std::vector<Index>> handle_loops(const std::vector<Vec3>& positions, const FaceList& faces,
+                                             std::size_t max_edges, const RunContext& context) {
+  if (max_edges < 3 || genus(faces, positions.size()) == 0) return {};
+  const Surface surface(faces, positions.size());
+  std::vector<std::vector<Loop>> of_block((positions.size() + parallel_block_size - 1) / parallel_block_size);
+  parallel_blocks(positions.size(), context, [&](std::size_t block, std::size_t begin, std::size_t end) {
+    LoopFinder finder(surface, positions.size(), max_edges);
+    for (std::size_t v = begin; v < end; ++v) finder.find(static_cast<Index>(v), of_block[block]);
+  });
+  std::vector<Loop> loops;
+  for (std::vector<Loop>& found : of_block) std::move(found.begin(), found.end(), std::back_inserter(loops));
+  for (Loop& loop : loops) normalize(loop);
+  std::sort(loops.begin(), loops.end());
+  loops.erase(std::unique(loops.begin(), loops.end()), loops.end());
+
+  const auto length = [&](const Loop& loop) {
+    double sum = 0;
+    for (std::size_t k = 0; k < loop.size(); ++k)
+      sum += (positions[loop[(k + 1) % loop.size()]] - positions[loop[k]]).norm();
+    return sum;
+  };
+  std::vector<std::pair<double, Index>> order;
+  for (Index i = 0; i < loops.size(); ++i) order.emplace_back(length(loops[i]), i);
+  std::sort(order.begin(), order.end());
+  std::vector<Loop> sorted;
+  sorted.reserve(loops.size());
+  for (const auto& [l, i] : order) sorted.push_back(std::move(loops[i]));
+  return sorted;
+}
+
+}  // namespace gpsrecon
