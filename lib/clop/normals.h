@@ -39,7 +39,7 @@ struct NormalOptions {
 };
 
 /// What automatic options become for these points: 12 neighbours, or as many as let noise turn the plane through them
-/// by 0.1 rad, up to 100; and the h whose kernel is as wide as they are spread. Lengths in the units of the points.
+/// by 0.04 rad, up to 100; and the h whose kernel is as wide as they are spread. Lengths in the units of the points.
 /// O(n log n). Throws NoSurfaceError for fewer than three points.
 NormalOptions resolve(NormalOptions options, std::span<const Vec3> points, const RunContext& context = {});
 
