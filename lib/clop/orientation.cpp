@@ -3,11 +3,15 @@
 #include <gpsrecon/core/neighbors.h>
 #include <gpsrecon/core/parallel.h>
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <string>
 
 namespace gpsrecon {
 namespace {
+
+constexpr double most_remote = 3;    // in medians, of points whose normals tell the outer side
+constexpr double cap_height = 0.02;  // of the extent, over which their weight falls by e
 
 void check_lengths(std::size_t normals, std::size_t others, const std::string& what) {
   if (normals != others)
@@ -38,10 +42,11 @@ Link link_of(Index a, Index b, std::span<const Vec3> positions, const std::vecto
   return {a, b, static_cast<float>(cost), cosine >= 0};
 }
 
-/// Links of every point with its nearest ones, each once.
+/// Links of every point with its nearest ones, cheapest first, and the distance of the farthest of them.
 std::vector<Link> neighbor_links(std::span<const Vec3> positions, const std::vector<Vec3>& normals, std::size_t k,
-                                 const RunContext& context) {
+                                 std::vector<double>& remoteness, const RunContext& context) {
   const std::size_t n = positions.size();
+  remoteness.resize(n);
   const Neighbors index(positions);
   std::vector<std::vector<Link>> blocks((n + parallel_block_size - 1) / parallel_block_size);
   parallel_blocks(n, context, [&](std::size_t block, std::size_t begin, std::size_t end) {
@@ -50,8 +55,9 @@ std::vector<Link> neighbor_links(std::span<const Vec3> positions, const std::vec
     links.reserve((end - begin) * k);
     for (std::size_t i = begin; i < end; ++i) {
       index.nearest(positions[i], k + 1, near);
+      remoteness[i] = near.back().distance;
       for (const Neighbor& neighbor : near) {
-        const auto [a, b] = std::minmax(static_cast<Index>(i), neighbor.index);
+        const auto [a, b] = std::minmax({static_cast<Index>(i), neighbor.index});
         if (a != b) links.push_back(link_of(a, b, positions, normals));
       }
     }
@@ -131,21 +137,45 @@ Parts turn_to_roots(std::vector<Vec3>& normals, SignedForest& forest) {
   return parts;
 }
 
-/// Signed by how much the normals at the extreme points of each component point outward there.
-std::vector<double> outwardness(std::span<const Vec3> positions, const std::vector<Vec3>& normals, const Parts& parts) {
-  std::vector<double> outward(parts.count, 0);
-  std::vector<Index> extreme(parts.count);
+/// The points of every part that are not far from their neighbours, as outliers are, whose normals mean nothing.
+std::vector<std::vector<Index>> settled_points(const Parts& parts, const std::vector<double>& remoteness) {
+  std::vector<std::vector<Index>> settled(parts.count);
+  for (std::size_t i = 0; i < remoteness.size(); ++i) settled[parts.of_point[i]].push_back(static_cast<Index>(i));
+  std::vector<double> distances;
+  for (std::vector<Index>& points : settled) {
+    distances.clear();
+    for (const Index i : points) distances.push_back(remoteness[i]);
+    const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
+    std::nth_element(distances.begin(), middle, distances.end());
+    const double limit = most_remote * *middle;
+    std::erase_if(points, [&](Index i) { return remoteness[i] > limit; });
+  }
+  return settled;
+}
+
+/// Signed by whether the normals at the extremes of the points in 26 directions point outward there. Not only the
+/// outermost point counts but all of the cap below it, the less the lower, so that no single normal decides.
+double outwardness(std::span<const Vec3> positions, const std::vector<Vec3>& normals,
+                   const std::vector<Index>& points) {
+  double outward = 0;
   for (int x = -1; x <= 1; ++x)
     for (int y = -1; y <= 1; ++y)
       for (int z = -1; z <= 1; ++z) {
         if (x == 0 && y == 0 && z == 0) continue;
         const Vec3 direction = Vec3(x, y, z).normalized();
-        std::fill(extreme.begin(), extreme.end(), no_index);
-        for (std::size_t i = 0; i < positions.size(); ++i) {
-          Index& e = extreme[parts.of_point[i]];
-          if (e == no_index || direction.dot(positions[i] - positions[e]) > 0) e = static_cast<Index>(i);
+        const Vec3& origin = positions[points.front()];
+        double top = 0, bottom = 0;
+        for (const Index i : points) {
+          const double height = direction.dot(positions[i] - origin);
+          top = std::max(top, height);
+          bottom = std::min(bottom, height);
         }
-        for (std::size_t p = 0; p < parts.count; ++p) outward[p] += direction.dot(normals[extreme[p]]);
+        const double cap = cap_height * (top - bottom);
+        for (const Index i : points) {
+          const double depth = top - direction.dot(positions[i] - origin);
+          if (depth > 16 * cap) continue;
+          outward += (depth > 0 ? std::exp(-depth / cap) : 1.0) * direction.dot(normals[i]);
+        }
       }
   return outward;
 }
@@ -169,12 +199,17 @@ std::size_t orient_by_propagation(std::vector<Vec3>& normals, std::span<const Ve
   check_lengths(normals.size(), positions.size(), "positions");
   if (positions.empty()) return 0;
   SignedForest forest(positions.size());
+  std::vector<double> remoteness;
   // The links that join something, in this order, are those of a minimum spanning forest (Kruskal 1956).
-  for (const Link& link : neighbor_links(positions, normals, static_cast<std::size_t>(options.neighbors), context))
+  for (const Link& link :
+       neighbor_links(positions, normals, static_cast<std::size_t>(options.neighbors), remoteness, context))
     forest.join(link);
   context.progress("orientation", 0.9);
   const Parts parts = turn_to_roots(normals, forest);
-  const std::vector<double> outward = outwardness(positions, normals, parts);
+  const std::vector<std::vector<Index>> settled = settled_points(parts, remoteness);
+  std::vector<double> outward(parts.count);
+  parallel_for(
+      parts.count, context, [&](std::size_t p) { outward[p] = outwardness(positions, normals, settled[p]); }, 1);
   for (std::size_t i = 0; i < normals.size(); ++i)
     if (outward[parts.of_point[i]] < 0) normals[i] = -normals[i];
   context.progress("orientation", 1);
