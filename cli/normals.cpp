@@ -23,7 +23,7 @@ void bind_normals(Arguments& arguments, PointNormalsOptions& options, NormalFile
   arguments.option("--neighbors", "K", options.normals.neighbors,
                    "points a plane is put through, 0 = automatic: 12, more where noise asks for it", "[3, 1000] or 0");
   arguments.option("--h-rel", "X", options.h_rel,
-                   "radius within which medians are taken, as a share of the diagonal, 0 = automatic", ">= 0");
+                   "radius within which medians are taken, as a share of the diagonal, 0 = automatic", "(0, 1] or 0");
   arguments.option("--iterations", "N", options.normals.iterations, "steps towards the median, at most", "[0, 1000]");
   arguments.option("--convergence", "X", options.normals.convergence, "stop when a normal turns by less than X radians",
                    ">= 0");

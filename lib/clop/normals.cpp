@@ -308,7 +308,8 @@ void NormalOptions::check() const {
   };
   if (neighbors != 0 && (neighbors < 3 || neighbors > 1000))
     fail("neighbors", "in [3, 1000], or 0 for automatic", std::to_string(neighbors));
-  if (!(h >= 0) || !std::isfinite(h)) fail("h", "positive, or 0 for automatic", std::to_string(h));
+  // Squares of h must not overflow.
+  if (!(h >= 0 && h <= 1e100)) fail("h", "in (0, 1e100], or 0 for automatic", std::to_string(h));
   if (iterations < 0 || iterations > 1000) fail("iterations", "in [0, 1000]", std::to_string(iterations));
   if (!(convergence >= 0) || !std::isfinite(convergence))
     fail("convergence", "at least 0", std::to_string(convergence));
@@ -372,7 +373,8 @@ std::vector<Vec3> weiszfeld_normals(std::span<const Vec3> queries, const PointCl
             const Vec3& normal = cloud.normals[neighbor.index];
             const double length = normal.norm();
             if (!(length > 0) || !std::isfinite(length)) continue;
-            const double r = std::min(4 * neighbor.distance / h, 4.0);  // farther than h is only a nearest point
+            // Only the nearest of all points can be farther than h, which is zero where the spacing is.
+            const double r = neighbor.distance < h ? 4 * neighbor.distance / h : neighbor.distance > 0 ? 4 : 0;
             axes.push_back(normal / length);
             weights.push_back(cloud.weight(neighbor.index) * std::exp(-r * r));
           }

@@ -26,7 +26,7 @@ struct NormalOptions {
   /// where noise asks for it.
   int neighbors = 0;
   /// Support radius h of the kernel θ(r) = exp(-r²/(h/4)²) in which medians are sought, in the units of the positions.
-  /// Range: > 0; 0 = automatic.
+  /// Range: (0, 1e100]; 0 = automatic.
   double h = 0;
   /// Largest number of Weiszfeld iterations; without any, the result is the axis of least summed squared sines. Range:
   /// [0, 1000].

@@ -131,8 +131,8 @@ void PointNormalsOptions::check() const {
   propagation.check();
   scale.check();
   mixture.check();
-  if (!(h_rel >= 0) || !std::isfinite(h_rel))
-    throw OptionError("h_rel must be positive, or 0 for automatic, not " + std::to_string(h_rel));
+  if (!(h_rel >= 0 && h_rel <= 1))
+    throw OptionError("h_rel must be in (0, 1], or 0 for automatic, not " + std::to_string(h_rel));
   if (sensor && !sensor->allFinite()) throw OptionError("sensor must be finite");
 }
 

@@ -20,7 +20,7 @@ struct PointNormalsOptions {
   NormalMethod method = NormalMethod::weiszfeld;
   /// `h` is not used: see h_rel.
   NormalOptions normals;
-  /// Support radius h of the median as a share of the diagonal. Range: > 0; 0 = automatic.
+  /// Support radius h of the median as a share of the diagonal. Range: (0, 1]; 0 = automatic.
   double h_rel = 0;
   NormalOrientation orientation = NormalOrientation::automatic;
   PropagationOptions propagation;
