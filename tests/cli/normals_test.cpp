@@ -130,7 +130,7 @@ TEST_F(Normals, are_refused_where_there_are_none) {
   }
   fail("normals sphere.ply out.ply --method csw --mixture m.ply", 3, "m.ply: the mixture has no normals");
   fail("normals sphere.ply out.ply --surface points.off", 3, "points.off: holds no faces");
-  fail("normals sphere.ply out.obj", 6, "out.obj");
+  fail("normals sphere.ply out.obj", 6, ".ply");
 }
 
 TEST_F(Normals, of_three_points_are_those_of_their_plane) {
