@@ -356,7 +356,8 @@ std::vector<Vec3> weiszfeld_normals(std::span<const Vec3> queries, const PointCl
   if (cloud.normals.size() != cloud.size()) throw InputError("normals: the points have no normals to take medians of");
   const Neighbors index(cloud.positions);
   if (given.h == 0) refuse_few(cloud.size());
-  const double h = given.h > 0 ? given.h : resolve(given, cloud.positions, index, context).h;
+  const bool automatic = given.h == 0;
+  const NormalOptions options = automatic ? resolve(given, cloud.positions, index, context) : given;
   std::vector<Vec3> normals(queries.size());
   parallel_blocks(
       queries.size(), context,
@@ -365,6 +366,12 @@ std::vector<Vec3> weiszfeld_normals(std::span<const Vec3> queries, const PointCl
         std::vector<Vec3> axes;
         std::vector<double> weights;
         for (std::size_t i = begin; i < end; ++i) {
+          double h = options.h;
+          if (automatic) {
+            // Where points are dense the kernel is narrower, or they would be too many.
+            index.nearest(queries[i], static_cast<std::size_t>(options.neighbors), near);
+            h = std::min(h, std::sqrt(8.0) * near.back().distance);
+          }
           index.within(queries[i], h, near);
           if (near.empty()) index.nearest(queries[i], 1, near);
           axes.clear();

@@ -39,8 +39,8 @@ struct NormalOptions {
 };
 
 /// What automatic options become for these points: 12 neighbours, or as many as let noise turn the plane through them
-/// by 0.04 rad, up to 100; and the h whose kernel is as wide as they are spread. Lengths in the units of the points.
-/// O(n log n). Throws NoSurfaceError for fewer than three points.
+/// by 0.04 rad, up to 100; and the h whose kernel is as wide as they are spread where their density is the median.
+/// Lengths in the units of the points. O(n log n). Throws NoSurfaceError for fewer than three points.
 NormalOptions resolve(NormalOptions options, std::span<const Vec3> points, const RunContext& context = {});
 
 /// The direction in which the nearest points vary least. Where they lie in a line (their second deviation below a tenth
@@ -55,10 +55,10 @@ std::vector<Vec3> pca_normals(std::span<const Vec3> queries, std::span<const Vec
 /// n) over the angles d between axes, by Weiszfeld iterations in the tangent plane of n (Eq. 27 averages the m_j
 /// themselves instead, and comes to rest where Σ_j w_j θ_j sin(d_j)/d_j u_j vanishes, u_j the directions towards them,
 /// which is beside the median). Starts from the axis of least summed squared sines. `cloud` must have normals; those of
-/// length zero do not count. A query with no points within h has the normal of the nearest point.
-/// O((n + m) log n + m b i) for b points within h and i iterations. Throws OptionError; InputError if the cloud has no
-/// points or normals; NoSurfaceError for fewer than three points without h; InvariantError for a query that is not
-/// finite; Cancelled.
+/// length zero do not count. Automatic h is that of resolve(), but narrower where points are denser. A query with no
+/// points within h has the normal of the nearest point. O((n + m) log n + m b i) for b points within h and i
+/// iterations. Throws OptionError; InputError if the cloud has no points or normals; NoSurfaceError for fewer than
+/// three points without h; InvariantError for a query that is not finite; Cancelled.
 std::vector<Vec3> weiszfeld_normals(std::span<const Vec3> queries, const PointCloud& cloud,
                                     const NormalOptions& options = {}, const RunContext& context = {});
 

@@ -12,6 +12,7 @@ namespace {
 
 constexpr double most_remote = 3;    // in medians, of points whose normals tell the outer side
 constexpr double cap_height = 0.02;  // of the extent, over which their weight falls by e
+constexpr double clear_majority = 0.5;
 
 void check_lengths(std::size_t normals, std::size_t others, const std::string& what) {
   if (normals != others)
@@ -153,31 +154,48 @@ std::vector<std::vector<Index>> settled_points(const Parts& parts, const std::ve
   return settled;
 }
 
-/// Signed by whether the normals at the extremes of the points in 26 directions point outward there. Not only the
+/// How far the normals at the extreme of the points in a direction point that way, and how far either way. Not only the
 /// outermost point counts but all of the cap below it, the less the lower, so that no single normal decides.
+struct CapVote {
+  double outward = 0, either = 0;
+};
+
+CapVote vote_of_cap(std::span<const Vec3> positions, const std::vector<Vec3>& normals, const std::vector<Index>& points,
+                    const Vec3& direction) {
+  const Vec3& origin = positions[points.front()];
+  double top = 0, bottom = 0;
+  for (const Index i : points) {
+    const double height = direction.dot(positions[i] - origin);
+    top = std::max(top, height);
+    bottom = std::min(bottom, height);
+  }
+  const double cap = cap_height * (top - bottom);
+  CapVote vote;
+  for (const Index i : points) {
+    const double depth = top - direction.dot(positions[i] - origin);
+    if (depth > 16 * cap) continue;
+    const double term = (depth > 0 ? std::exp(-depth / cap) : 1.0) * direction.dot(normals[i]);
+    vote.outward += term;
+    vote.either += std::abs(term);
+  }
+  return vote;
+}
+
+/// Negative if the normals of a component point inward. Those of a closed surface say so in all directions; where they
+/// contradict each other there is no outside, and the upper side is as good as any.
 double outwardness(std::span<const Vec3> positions, const std::vector<Vec3>& normals,
                    const std::vector<Index>& points) {
-  double outward = 0;
+  CapVote all;
   for (int x = -1; x <= 1; ++x)
     for (int y = -1; y <= 1; ++y)
       for (int z = -1; z <= 1; ++z) {
         if (x == 0 && y == 0 && z == 0) continue;
-        const Vec3 direction = Vec3(x, y, z).normalized();
-        const Vec3& origin = positions[points.front()];
-        double top = 0, bottom = 0;
-        for (const Index i : points) {
-          const double height = direction.dot(positions[i] - origin);
-          top = std::max(top, height);
-          bottom = std::min(bottom, height);
-        }
-        const double cap = cap_height * (top - bottom);
-        for (const Index i : points) {
-          const double depth = top - direction.dot(positions[i] - origin);
-          if (depth > 16 * cap) continue;
-          outward += (depth > 0 ? std::exp(-depth / cap) : 1.0) * direction.dot(normals[i]);
-        }
+        const CapVote vote = vote_of_cap(positions, normals, points, Vec3(x, y, z).normalized());
+        all.outward += vote.outward;
+        all.either += vote.either;
       }
-  return outward;
+  if (std::abs(all.outward) >= clear_majority * all.either) return all.outward;
+  return vote_of_cap(positions, normals, points, Vec3::UnitZ()).outward;
 }
 
 }  // namespace

@@ -23,8 +23,9 @@ struct PropagationOptions {
 /// (Hoppe et al. 1992; ties by index). Two normals agree if one of them, mirrored at the plane between the points, has
 /// the side of the other, which is exact for circular arcs and right across edges; links cost more the less the axes
 /// agree so, and the more they run along the normals, from sheet to sheet. Each component of the graph is turned
-/// outward: as the majority of its normals at its extreme points in 26 directions shows. So a cavity in a solid is
-/// oriented outward too, into the solid. Returns the number of components. O(n k log(n k)) time, O(n k) memory. Throws
+/// outward, as the normals at its extremes in 26 directions show, outliers aside; where these contradict each other, as
+/// on open surfaces, up along z, as the highest do. So a cavity in a solid is oriented outward too, into the solid.
+/// Returns the number of components. O(n k log(n k)) time, O(n k) memory. Throws
 /// OptionError; InvariantError if the lengths differ; Cancelled.
 std::size_t orient_by_propagation(std::vector<Vec3>& normals, std::span<const Vec3> positions,
                                   const PropagationOptions& options = {}, const RunContext& context = {});

@@ -33,12 +33,12 @@ std::vector<Vec3> estimate(const PointCloud& distinct, PreparedCloud& used, cons
   }
   cloud.normals = pca_normals(cloud.positions, cloud.positions, normals, context);
   context.progress("normals", 0.3);
+  normals.h = options.h_rel * used.diagonal;  // an automatic one depends on the place
   if (options.method == NormalMethod::weiszfeld) return weiszfeld_normals(distinct.positions, cloud, normals, context);
   ReconstructOptions reduction = options.mixture;
   reduction.hem.normals = true;
   ErrorReport report;
   const Mixture mixture = mixture_stage(used, reduction, context, report);
-  normals.h = options.h_rel * used.diagonal;
   return csw_normals(distinct.positions, mixture, normals, context);
 }
 

@@ -146,6 +146,14 @@ TEST(Weiszfeld, minimises_the_weighted_sum_of_angles) {
   }
 }
 
+TEST(Weiszfeld, out_of_reach_is_the_normal_of_the_nearest_point) {
+  const SampledShape sphere = test::random_sphere(100, 1);
+  PointCloud cloud = sphere.cloud();
+  cloud.normals = sphere.normals;
+  const Vec3 away = cloud.positions[42] * 50;
+  EXPECT_LT(between_axes(weiszfeld_normals(std::vector<Vec3>{away}, cloud, {.h = 0.1})[0], cloud.normals[42]), 1e-9);
+}
+
 TEST(Weiszfeld, signs_of_the_axes_do_not_matter) {
   Random random(5);
   SampledShape shape = test::box(400, {1, 1, 1}, 4);
