@@ -27,8 +27,9 @@ struct PointNormalsOptions {
   /// Where the sensor stood, in world coordinates; takes precedence over the sensors of the points.
   std::optional<Vec3> sensor;
   ScaleOptions scale;
-  /// Of the mixture that `NormalMethod::csw` reduces the points to.
-  ReconstructOptions mixture;
+  /// Of the mixture that `NormalMethod::csw` reduces the points to, less than for a surface: medians of few Gaussians
+  /// jump from the normal of one to that of the next.
+  ReconstructOptions mixture{.hem = {.alpha = 1.5, .initial = InitialCovariance::local}};
 
   /// Throws OptionError naming the field and the value.
   void check() const;
