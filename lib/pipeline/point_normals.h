@@ -29,7 +29,12 @@ struct PointNormalsOptions {
   ScaleOptions scale;
   /// Of the mixture that `NormalMethod::csw` reduces the points to, less than for a surface: medians of few Gaussians
   /// jump from the normal of one to that of the next.
-  ReconstructOptions mixture{.hem = {.alpha = 1.5, .initial = InitialCovariance::local}};
+  ReconstructOptions mixture = [] {
+    ReconstructOptions options;
+    options.hem.alpha = 1.5;
+    options.hem.flat_levels = 0;
+    return options;
+  }();
 
   /// Throws OptionError naming the field and the value.
   void check() const;
