@@ -88,6 +88,7 @@ TEST(Weiszfeld, median_of_four_axes_is_where_their_diagonals_cross) {
 
 TEST(Weiszfeld, of_a_symmetric_ring_is_its_centre) {
   std::vector<Vec3> axes;
+  axes.reserve(7);
   for (int i = 0; i < 7; ++i) axes.push_back((i % 2 == 0 ? 1 : -1) * at_angles(0.6, 2 * std::numbers::pi * i / 7));
   EXPECT_LT(between_axes(weiszfeld_normals(origin, ring_of(axes), to_the_end)[0], Vec3::UnitZ()), 1e-9);
 }
@@ -394,6 +395,7 @@ TEST(Normals, of_planes_through_few_or_equal_points) {
   for (const Vec3& n : pca_normals(corners, corners, {.neighbors = 50}))
     EXPECT_LT(between_axes(n, Vec3::UnitZ()), 1e-12);
   std::vector<Vec3> repeated;
+  repeated.reserve(300);
   for (int i = 0; i < 300; ++i) repeated.push_back(corners[static_cast<std::size_t>(i % 3)]);
   EXPECT_TRUE(are_unit(pca_normals(repeated, repeated)));
   PointCloud cloud;
@@ -424,6 +426,7 @@ TEST(Normals, refuse_what_has_none) {
   EXPECT_THROW(pca_normals(two, two), NoSurfaceError);
   EXPECT_THROW(pca_normals(two, {}), NoSurfaceError);
   std::vector<Vec3> line;
+  line.reserve(40);
   for (int i = 0; i < 40; ++i) line.push_back(i * Vec3(1, 2, 3));
   EXPECT_THROW(pca_normals(line, line), NoSurfaceError);
   EXPECT_THROW(pca_normals(std::vector<Vec3>(5, Vec3::UnitX()), std::vector<Vec3>(5, Vec3::UnitX())), NoSurfaceError);
