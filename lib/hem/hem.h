@@ -49,8 +49,8 @@ struct HemOptions {
   /// Weight points by the inverse of the local density, so that dense areas do not dominate (WLOP balance,
   /// Preiner et al. 2014, Eq. 25-26). The weights are renormalised to the number of points.
   bool balance = false;
-  /// Carry a wrapped normal per component (Preiner et al. 2014, Eq. 29-30), from the cloud's normals or, without, from
-  /// principal component analysis.
+  /// Carry a wrapped normal per component (Preiner et al. 2014, Eq. 29-30), from the cloud's normals or, where it has
+  /// none of finite positive length, from principal component analysis.
   bool normals = false;
   /// Called after every level, level 0 included, with the level's mixture. May be empty.
   std::function<void(int level, const Mixture& mixture)> on_level = nullptr;

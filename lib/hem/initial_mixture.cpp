@@ -2,6 +2,7 @@
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/hem/initial_mixture.h>
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 
 namespace gpsrecon {
@@ -68,12 +69,19 @@ Mixture initial_mixture(const PointCloud& cloud, const HemOptions& options, cons
   if (mixture.weights.empty()) mixture.weights.assign(n, 1.0);
 
   const bool local = options.initial == InitialCovariance::local;
-  const bool estimate_normals = options.normals && cloud.normals.empty();
+  const auto has_normal = [&cloud](std::size_t i) {
+    return !cloud.normals.empty() && std::isfinite(cloud.normals[i].norm()) && cloud.normals[i].norm() > 0;
+  };
+  bool estimate_normals = false;
   if (options.normals) {
     mixture.normals.assign(n, Vec3::UnitZ());
     mixture.normal_variances.assign(n, 0.0);  // concentration ρ = 1
-    for (std::size_t i = 0; i < cloud.normals.size(); ++i)
-      if (cloud.normals[i].norm() > 0) mixture.normals[i] = cloud.normals[i].normalized();
+    for (std::size_t i = 0; i < n; ++i) {
+      if (has_normal(i))
+        mixture.normals[i] = cloud.normals[i].normalized();
+      else
+        estimate_normals = true;
+    }
   }
   if (!local && !estimate_normals && !options.balance) return mixture;
 
@@ -87,7 +95,7 @@ Mixture initial_mixture(const PointCloud& cloud, const HemOptions& options, cons
             index.nearest(cloud.positions[i], static_cast<std::size_t>(options.neighbors), near);
             const Sym3 covariance = local_covariance(cloud.positions, cloud.positions[i], near);
             const Eigen3 e = eigen_decomposition(covariance);
-            if (estimate_normals) mixture.normals[i] = e.vectors.col(0);
+            if (estimate_normals && !has_normal(i)) mixture.normals[i] = e.vectors.col(0);
             if (local && e.values[2] > 0) {
               // Scaled so that its largest deviation is the spacing: comparable from point to point, whatever k was.
               const double spacing2 = squared_local_spacing(e.values[2], near.size(), options.spacing);
