@@ -165,13 +165,23 @@ Json to_object(const NormalReport& r) {
 }
 
 Json to_object(const DirectionReport& r, double diagonal) {
-  return {{"distance", to_object(r.distance, diagonal)}, {"normals", to_object(r.normals)}};
+  return {{"distance", to_object(r.distance, diagonal)},
+          {"normals", to_object(r.normals)},
+          {"signed_mean", r.signed_mean ? length_json(*r.signed_mean, diagonal) : Json(nullptr)},
+          {"within", r.within},
+          {"far", {{"share", r.far}, {"area", null_or(r.far_area)}}}};
+}
+
+Json to_object(const Thresholds& r) {
+  return {{"fscore_rel", r.fscore_rel}, {"far_rel", r.far_rel}};
 }
 
 Json to_object(const ReferenceReport& r) {
   return {{"file", r.file ? to_object(*r.file) : Json(nullptr)},
           {"diagonal", r.diagonal},
           {"samples", r.samples},
+          {"thresholds", to_object(r.thresholds)},
+          {"f_score", r.f_score()},
           {"mesh_to_reference", to_object(r.mesh_to_reference, r.diagonal)},
           {"reference_to_mesh", to_object(r.reference_to_mesh, r.diagonal)}};
 }
@@ -214,6 +224,8 @@ Json to_object(const ErrorReport& r) {
           {"fit", optional_json(r.fit, diagonal)},
           {"mesh", optional_json(r.mesh)},
           {"points_to_surface", optional_json(r.points_to_surface, diagonal)},
+          {"surface_to_points", optional_json(r.surface_to_points, diagonal)},
+          {"thresholds", optional_json(r.thresholds)},
           {"reference", optional_json(r.reference)},
           {"compression", optional_json(r.compression)},
           {"warnings", r.warnings},
@@ -292,10 +304,16 @@ std::string direction_text(const DirectionReport& r, double diagonal) {
   if (r.normals.count > 0)
     text += "; normals " + number(r.normals.mean, 3) + " deg, 95 % " + number(r.normals.p95, 3) + " deg, " +
             number(100 * r.normals.flipped, 3) + " % flipped";
+  if (r.signed_mean) text += "; signed mean " + length_text(*r.signed_mean, diagonal);
   return text;
 }
 
 }  // namespace
+
+double ReferenceReport::f_score() const {
+  const double precision = mesh_to_reference.within, recall = reference_to_mesh.within;
+  return precision + recall > 0 ? 2 * precision * recall / (precision + recall) : 0;
+}
 
 std::string to_json(const ErrorReport& report) {
   const Json json = to_object(report);
@@ -360,7 +378,21 @@ std::string summary(const ErrorReport& r) {
     line("reference", "mesh to reference: " + direction_text(r.reference->mesh_to_reference, r.reference->diagonal));
     line("", "reference to mesh: " + direction_text(r.reference->reference_to_mesh, r.reference->diagonal));
   }
-  if (diagonal > 0) line("", "(% is of the diagonal)");
+  if (r.surface_to_points)
+    line("", "surface to nearest point: " + direction_text(*r.surface_to_points, diagonal) + "; " +
+                 number(100 * r.surface_to_points->far, 3) + " % of the surface farther than " +
+                 number(100 * r.thresholds.value().far_rel, 3) + " % from any");
+  if (r.reference) {
+    const ReferenceReport& reference = *r.reference;
+    line("coverage", "F-score " + number(reference.f_score()) + " (precision " +
+                         number(reference.mesh_to_reference.within) + ", recall " +
+                         number(reference.reference_to_mesh.within) + ") within " +
+                         number(100 * reference.thresholds.fscore_rel, 3) + " %; farther than " +
+                         number(100 * reference.thresholds.far_rel, 3) + " %: spurious " +
+                         number(100 * reference.mesh_to_reference.far, 3) + " % of the result, missing " +
+                         number(100 * reference.reference_to_mesh.far, 3) + " % of the reference");
+  }
+  if (diagonal > 0) line("", "(% of lengths is of the diagonal)");
   if (r.points_to_surface && !r.reference)
     line("blind spot",
          "closeness to the input's own points is consistency, not accuracy: it sees neither errors the "
