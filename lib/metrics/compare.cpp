@@ -303,6 +303,8 @@ ErrorReport compare(const Mesh& mesh, const PointCloud& cloud, const CompareOpti
   const SurfaceDistance surface(mesh, context);  // checks the corners before all else
   report.points_to_surface = measure_distances(surface, cloud, report.diagonal, context);
   report.mesh = measure_mesh(mesh, context, options.self_intersections);
+  // A surface without area has distances to it, and no places to measure from.
+  if (!(report.mesh->area > 0)) return report;
   report.thresholds = Thresholds{options.fscore_rel, options.far_rel};
   report.surface_to_points = one_way(Shape(mesh, options.samples, mesh_stream, context), Shape(cloud), cloud.frame,
                                      report.diagonal, *report.thresholds, context);
