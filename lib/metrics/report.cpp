@@ -373,24 +373,23 @@ std::string summary(const ErrorReport& r) {
   if (r.compression)
     line("compression",
          "1 number stored for " + number(r.compression->ratio > 0 ? 1 / r.compression->ratio : 0, 3) + " read");
-  if (r.points_to_surface) line("points", "to surface: " + distance_text(*r.points_to_surface, diagonal));
-  if (r.reference) {
-    line("reference", "mesh to reference: " + direction_text(r.reference->mesh_to_reference, r.reference->diagonal));
-    line("", "reference to mesh: " + direction_text(r.reference->reference_to_mesh, r.reference->diagonal));
-  }
-  if (r.surface_to_points)
-    line("", "surface to nearest point: " + direction_text(*r.surface_to_points, diagonal) + "; " +
-                 number(100 * r.surface_to_points->far, 3) + " % of the surface farther than " +
-                 number(100 * r.thresholds.value().far_rel, 3) + " % from any");
+  if (r.points_to_surface)
+    line("points", "to surface: " + distance_text(*r.points_to_surface, diagonal) +
+                       (r.surface_to_points
+                            ? "; " + number(100 * r.surface_to_points->far, 3) + " % of the surface farther than " +
+                                  number(100 * r.thresholds.value().far_rel, 3) + " % from any point"
+                            : ""));
   if (r.reference) {
     const ReferenceReport& reference = *r.reference;
-    line("coverage", "F-score " + number(reference.f_score()) + " (precision " +
-                         number(reference.mesh_to_reference.within) + ", recall " +
-                         number(reference.reference_to_mesh.within) + ") within " +
-                         number(100 * reference.thresholds.fscore_rel, 3) + " %; farther than " +
-                         number(100 * reference.thresholds.far_rel, 3) + " %: spurious " +
-                         number(100 * reference.mesh_to_reference.far, 3) + " % of the result, missing " +
-                         number(100 * reference.reference_to_mesh.far, 3) + " % of the reference");
+    const auto beyond = [&](const DirectionReport& d, const char* what) {
+      return "; " + std::string(what) + " " + number(100 * d.far, 3) + " % (beyond " +
+             number(100 * reference.thresholds.far_rel, 3) + " %)";
+    };
+    line("reference", "mesh to reference: " + direction_text(reference.mesh_to_reference, reference.diagonal) +
+                          beyond(reference.mesh_to_reference, "spurious"));
+    line("", "reference to mesh: " + direction_text(reference.reference_to_mesh, reference.diagonal) +
+                 beyond(reference.reference_to_mesh, "missing") + "; F-score " + number(reference.f_score()) +
+                 " (within " + number(100 * reference.thresholds.fscore_rel, 3) + " %)");
   }
   if (diagonal > 0) line("", "(% of lengths is of the diagonal)");
   if (r.points_to_surface && !r.reference)
