@@ -1,10 +1,12 @@
 #include <gpsrecon/io/io.h>
+#include <gpsrecon/metrics/compare.h>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
 
 #include "bind_options.h"
 #include "commands.h"
+#include "error_views.h"
 #include "inputs.h"
 #include "outputs.h"
 
@@ -51,8 +53,9 @@ void dump_levels_and_fronts(const std::string& folder, ReconstructOptions& optio
   };
 }
 
+/// Leaves the points it read, if it did, in `points` if that is not null.
 Reconstruction reconstruct_file(const std::string& path, const AttributeOptions& attributes,
-                                const ReconstructOptions& options, const Console& console) {
+                                const ReconstructOptions& options, const Console& console, PointCloud* points) {
   const RunContext context = console.context();
   StageTimer timer;
   timer.start("read");
@@ -77,7 +80,10 @@ Reconstruction reconstruct_file(const std::string& path, const AttributeOptions&
     case FileKind::mesh:
       break;
   }
-  return work_on(load_points(path, console, attributes));
+  PointCloud cloud = load_points(path, console, attributes);
+  Reconstruction result = work_on(cloud);
+  if (points != nullptr) *points = std::move(cloud);
+  return result;
 }
 
 }  // namespace
@@ -108,6 +114,8 @@ ExitCode run_chain(Arguments& arguments) {
                  "count the faces of covariance mesh and mesh that intersect others");
   arguments.option("--dump", "FOLDER", files.dump,
                    "keep every level of the mixture and snapshots of the triangulation in FOLDER", "", "none");
+  ErrorViews views;
+  views.bind(arguments);
   bind_encoding(arguments, encoding);
   const GlobalOptions globals = arguments.parse();
   options.check();
@@ -117,11 +125,13 @@ ExitCode run_chain(Arguments& arguments) {
   outputs.plan(files.covmesh);
   outputs.plan(files.report);
   outputs.plan_folder(files.dump);
+  views.plan(outputs);
   const Console console(globals);
   dump_levels_and_fronts(files.dump, options, outputs, encoding);
 
   StageTimer timer;
-  Reconstruction result = reconstruct_file(files.in, attributes, options, console);
+  PointCloud points;
+  Reconstruction result = reconstruct_file(files.in, attributes, options, console, views.wanted() ? &points : nullptr);
   ErrorReport& report = result.report;
   report.version = GPSRECON_VERSION;
   report.options = arguments.values();
@@ -137,6 +147,15 @@ ExitCode run_chain(Arguments& arguments) {
   report.run.wall_s = timer.total().wall_s;
   report.run.cpu_s = timer.total().cpu_s;
   report.run.peak_memory_bytes = peak_memory_bytes();
+  if (views.wanted()) {
+    if (points.empty()) throw OptionError("--heatmap and --html need points, which " + files.in + " does not hold");
+    const RunContext context = console.context();
+    const PreparedCloud kept = prepare(points, options.scale, context);
+    const Mesh mesh = moved_to(result.mesh, kept.clean.cloud.frame);
+    views.stage(
+        outputs, report, mesh, [&](double range) { return error_map(mesh, kept.clean.cloud, range, context); },
+        files.in, console);
+  }
   outputs.stage(files.report, [&](const std::string& path) { write_text(to_json(report), path); });
   outputs.commit(console.context());
   if (!globals.quiet) std::fputs(summary(report).c_str(), stderr);

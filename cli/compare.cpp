@@ -1,3 +1,4 @@
+#include <gpsrecon/gps/subdivide.h>
 #include <gpsrecon/metrics/compare.h>
 #include <gpsrecon/metrics/report.h>
 
@@ -7,6 +8,7 @@
 
 #include "commands.h"
 #include "console.h"
+#include "error_views.h"
 #include "inputs.h"
 #include "outputs.h"
 
@@ -24,21 +26,45 @@ PointCloud finite_points(const PointCloud& cloud, const std::string& path, const
   return select(cloud, keep);
 }
 
-ErrorReport compare_files(const std::string& mesh_file, const std::string& reference_file,
-                          const CompareOptions& options, const Console& console) {
-  const Mesh mesh = load_mesh(mesh_file);
-  if (mesh.faces.empty()) throw InputError(mesh_file + ": holds no faces");
-  ErrorReport report;
-  if (const FileKind kind = kind_of(reference_file); kind == FileKind::mesh || kind == FileKind::covmesh) {
-    report = compare(mesh, load_mesh(reference_file), options, console.context());
-    report.reference.value().file = file_report(reference_file);
-  } else {
-    const PointCloud cloud = finite_points(load_points(reference_file, console), reference_file, console);
-    report = compare(mesh, cloud, options, console.context());
-    report.input.value().file = file_report(reference_file);
+/// A file to be compared: a mesh, the limit surface of a covariance mesh, or points.
+struct Shape {
+  FileKind kind = FileKind::points;
+  Mesh mesh;
+  PointCloud cloud;
+  bool is_mesh() const { return kind == FileKind::mesh || kind == FileKind::covmesh; }
+};
+
+/// Covariance meshes are refined to limit positions at this level.
+constexpr int surface_level = 2;
+
+Shape load_shape(const std::string& path, const Console& console) {
+  Shape shape;
+  shape.kind = kind_of(path);
+  switch (shape.kind) {
+    case FileKind::covmesh:
+      console.info(path + ": is a covariance mesh; its surface is compared, refined " + std::to_string(surface_level) +
+                   " times");
+      shape.mesh = subdivide(load_covmesh(path), {.levels = surface_level}, console.context());
+      break;
+    case FileKind::mesh:
+      shape.mesh = load_mesh(path);
+      if (shape.mesh.faces.empty()) throw InputError(path + ": holds no faces");
+      break;
+    case FileKind::points:
+    case FileKind::mixture:
+      shape.cloud = finite_points(load_points(path, console), path, console);
+      break;
   }
-  report.mesh.value().file = file_report(mesh_file);
-  return report;
+  return shape;
+}
+
+ErrorReport compare_shapes(const Shape& judged, const Shape& reference, const CompareOptions& options,
+                           const RunContext& context) {
+  if (judged.is_mesh())
+    return reference.is_mesh() ? compare(judged.mesh, reference.mesh, options, context)
+                               : compare(judged.mesh, reference.cloud, options, context);
+  return reference.is_mesh() ? compare(judged.cloud, reference.mesh, options, context)
+                             : compare(judged.cloud, reference.cloud, options, context);
 }
 
 /// The largest distance, either way where both were measured.
@@ -54,39 +80,70 @@ double largest_distance(const ErrorReport& report) {
 }  // namespace
 
 ExitCode run_compare(Arguments& arguments) {
-  std::string mesh_file, reference_file, report_file;
+  std::string judged_file, reference_file, report_file;
   double max_error = INFINITY;
   CompareOptions options;
-  arguments.positional("MESH", mesh_file, "the mesh to judge (ply, obj, off, stl; - is standard input)");
-  arguments.positional("REFERENCE", reference_file,
-                       "a mesh, measured both ways, or points, from which the distance to MESH is measured");
+  ErrorViews views;
+  arguments.positional(
+      "SHAPE", judged_file,
+      "what is judged: a mesh (ply, obj, off, stl), a covariance mesh, or points (- is standard input)");
+  arguments.positional("REFERENCE", reference_file, "the same; both ways are measured");
   arguments.group("Comparison");
-  arguments.option("--samples", "N", options.samples, "points drawn on each of two meshes, uniform by area",
-                   "[1, 1e9]");
-  arguments.flag("--self-intersections", options.self_intersections, "count the faces of MESH that intersect others");
+  arguments.option("--samples", "N", options.samples, "points drawn on each mesh, uniform by area", "[1, 1e9]");
+  arguments.option(
+      "--fscore", "X", options.fscore_rel,
+      "share of the diagonal of REFERENCE within which a sample counts as found, for precision, recall and "
+      "F-score",
+      "> 0");
+  arguments.option("--far", "X", options.far_rel,
+                   "share of the diagonal of REFERENCE beyond which surface counts as spurious or missing", "> 0");
+  arguments.flag("--self-intersections", options.self_intersections,
+                 "count the faces of SHAPE, if it is a mesh, that intersect others");
   arguments.option("--max-error", "X",
-                   "exit with code 7 if the largest distance, either way, is above X, in the unit of the coordinates",
+                   "exit with code 7 if the largest distance, either way, is above X, in the unit of the coordinates; "
+                   "against points only the way from them counts",
                    ">= 0", "no limit", [&max_error](const std::string& text) {
                      max_error = parse_double(text);
                      if (max_error < 0) throw OptionError("expected a number >= 0, got '" + text + "'");
                    });
   arguments.group("Output", false);
   arguments.option("--report", "FILE", report_file, "report (JSON; - is standard output)", "", "none");
+  views.bind(arguments);
   const GlobalOptions globals = arguments.parse();
   options.check();
-  if (mesh_file == "-" && reference_file == "-") throw OptionError("MESH and REFERENCE cannot both be standard input");
-  Outputs outputs(globals, {mesh_file, reference_file});
+  if (judged_file == "-" && reference_file == "-")
+    throw OptionError("SHAPE and REFERENCE cannot both be standard input");
+  Outputs outputs(globals, {judged_file, reference_file});
   outputs.plan(report_file);
+  views.plan(outputs);
   const Console console(globals);
 
-  ErrorReport report = compare_files(mesh_file, reference_file, options, console);
+  const RunContext context = console.context();
+  const Shape judged = load_shape(judged_file, console), reference = load_shape(reference_file, console);
+  if (views.wanted() && !judged.is_mesh())
+    throw OptionError("--heatmap and --html show a mesh; " + judged_file + " holds points");
+  if (options.self_intersections && !judged.is_mesh())
+    throw OptionError("--self-intersections needs a mesh; " + judged_file + " holds points");
+  ErrorReport report = compare_shapes(judged, reference, options, context);
+  if (report.mesh) report.mesh->file = file_report(judged_file);
+  if (report.reference) report.reference->file = file_report(reference_file);
+  if (report.input) report.input->file = file_report(report.reference ? judged_file : reference_file);
   report.version = GPSRECON_VERSION;
   report.command = "compare";
   report.seed = globals.seed;
   report.options = arguments.values();
 
   outputs.stage(report_file, [&](const std::string& path) { write_text(to_json(report), path); });
-  outputs.commit(console.context());
+  const Frame& frame = reference.is_mesh() ? reference.mesh.frame : reference.cloud.frame;
+  const Mesh shown = judged.mesh.frame == frame || !views.wanted() ? judged.mesh : moved_to(judged.mesh, frame);
+  views.stage(
+      outputs, report, shown,
+      [&](double range) {
+        return reference.is_mesh() ? error_map(shown, reference.mesh, range, context)
+                                   : error_map(shown, reference.cloud, range, context);
+      },
+      judged_file + " against " + reference_file, console);
+  outputs.commit(context);
   if (!globals.quiet) std::fputs(summary(report).c_str(), stderr);
   if (const double largest = largest_distance(report); largest > max_error) {
     console.warn("the largest distance, " + std::to_string(largest) + ", is above " + std::to_string(max_error));

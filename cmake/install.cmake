@@ -31,8 +31,11 @@ set(GPSRECON_PUBLIC_HEADERS
   metrics/compare.h
   metrics/distance.h
   metrics/file_hash.h
+  metrics/heatmap.h
   metrics/held_out_error.h
+  metrics/html_report.h
   metrics/mesh_measures.h
+  metrics/picture.h
   metrics/report.h
   metrics/resource_usage.h
   metrics/statistics.h

@@ -165,13 +165,23 @@ Json to_object(const NormalReport& r) {
 }
 
 Json to_object(const DirectionReport& r, double diagonal) {
-  return {{"distance", to_object(r.distance, diagonal)}, {"normals", to_object(r.normals)}};
+  return {{"distance", to_object(r.distance, diagonal)},
+          {"normals", to_object(r.normals)},
+          {"signed_mean", r.signed_mean ? length_json(*r.signed_mean, diagonal) : Json(nullptr)},
+          {"within", r.within},
+          {"far", {{"share", r.far}, {"area", null_or(r.far_area)}}}};
+}
+
+Json to_object(const Thresholds& r) {
+  return {{"fscore_rel", r.fscore_rel}, {"far_rel", r.far_rel}};
 }
 
 Json to_object(const ReferenceReport& r) {
   return {{"file", r.file ? to_object(*r.file) : Json(nullptr)},
           {"diagonal", r.diagonal},
           {"samples", r.samples},
+          {"thresholds", to_object(r.thresholds)},
+          {"f_score", r.f_score()},
           {"mesh_to_reference", to_object(r.mesh_to_reference, r.diagonal)},
           {"reference_to_mesh", to_object(r.reference_to_mesh, r.diagonal)}};
 }
@@ -214,6 +224,8 @@ Json to_object(const ErrorReport& r) {
           {"fit", optional_json(r.fit, diagonal)},
           {"mesh", optional_json(r.mesh)},
           {"points_to_surface", optional_json(r.points_to_surface, diagonal)},
+          {"surface_to_points", optional_json(r.surface_to_points, diagonal)},
+          {"thresholds", optional_json(r.thresholds)},
           {"reference", optional_json(r.reference)},
           {"compression", optional_json(r.compression)},
           {"warnings", r.warnings},
@@ -292,10 +304,16 @@ std::string direction_text(const DirectionReport& r, double diagonal) {
   if (r.normals.count > 0)
     text += "; normals " + number(r.normals.mean, 3) + " deg, 95 % " + number(r.normals.p95, 3) + " deg, " +
             number(100 * r.normals.flipped, 3) + " % flipped";
+  if (r.signed_mean) text += "; signed mean " + length_text(*r.signed_mean, diagonal);
   return text;
 }
 
 }  // namespace
+
+double ReferenceReport::f_score() const {
+  const double precision = mesh_to_reference.within, recall = reference_to_mesh.within;
+  return precision + recall > 0 ? 2 * precision * recall / (precision + recall) : 0;
+}
 
 std::string to_json(const ErrorReport& report) {
   const Json json = to_object(report);
@@ -355,12 +373,25 @@ std::string summary(const ErrorReport& r) {
   if (r.compression)
     line("compression",
          "1 number stored for " + number(r.compression->ratio > 0 ? 1 / r.compression->ratio : 0, 3) + " read");
-  if (r.points_to_surface) line("points", "to surface: " + distance_text(*r.points_to_surface, diagonal));
+  if (r.points_to_surface)
+    line("points", "to surface: " + distance_text(*r.points_to_surface, diagonal) +
+                       (r.surface_to_points
+                            ? "; " + number(100 * r.surface_to_points->far, 3) + " % of the surface farther than " +
+                                  number(100 * r.thresholds.value().far_rel, 3) + " % from any point"
+                            : ""));
   if (r.reference) {
-    line("reference", "mesh to reference: " + direction_text(r.reference->mesh_to_reference, r.reference->diagonal));
-    line("", "reference to mesh: " + direction_text(r.reference->reference_to_mesh, r.reference->diagonal));
+    const ReferenceReport& reference = *r.reference;
+    const auto beyond = [&](const DirectionReport& d, const char* what) {
+      return "; " + std::string(what) + " " + number(100 * d.far, 3) + " % (beyond " +
+             number(100 * reference.thresholds.far_rel, 3) + " %)";
+    };
+    line("reference", "mesh to reference: " + direction_text(reference.mesh_to_reference, reference.diagonal) +
+                          beyond(reference.mesh_to_reference, "spurious"));
+    line("", "reference to mesh: " + direction_text(reference.reference_to_mesh, reference.diagonal) +
+                 beyond(reference.reference_to_mesh, "missing") + "; F-score " + number(reference.f_score()) +
+                 " (within " + number(100 * reference.thresholds.fscore_rel, 3) + " %)");
   }
-  if (diagonal > 0) line("", "(% is of the diagonal)");
+  if (diagonal > 0) line("", "(% of lengths is of the diagonal)");
   if (r.points_to_surface && !r.reference)
     line("blind spot",
          "closeness to the input's own points is consistency, not accuracy: it sees neither errors the "

@@ -149,17 +149,33 @@ struct NormalReport {
   double flipped = 0;        ///< share of normals that point to opposite sides (more than 90°), in [0, 1]
 };
 
+/// From samples of one shape to the nearest place of another.
 struct DirectionReport {
   DistanceReport distance;
-  NormalReport normals;
+  NormalReport normals;  ///< empty where one of the two has no normals
+  /// Mean distance, positive on the side of the normals there: a surface that lies outside as often as inside has none.
+  /// Scene units; absent where the other shape has no normals.
+  std::optional<double> signed_mean;
+  double within = 0;               ///< share of the samples that are found, see Thresholds
+  double far = 0;                  ///< share of those that are farther than the other threshold
+  std::optional<double> far_area;  ///< of that share, in squared scene units; absent for points
 };
 
-/// A mesh against ground truth, both ways: the first tells how accurate it is, the second how complete.
+/// Distances as shares of D.
+struct Thresholds {
+  double fscore_rel = 0;  ///< up to which a sample is found
+  double far_rel = 0;     ///< beyond which it is spurious or missing
+};
+
+/// A mesh (or points) against ground truth, both ways: the first tells how accurate it is, the second how complete.
 struct ReferenceReport {
   std::optional<FileReport> file;
   double diagonal = 0;      ///< of the reference
   std::size_t samples = 0;  ///< area-uniform samples on each surface
+  Thresholds thresholds;
   DirectionReport mesh_to_reference, reference_to_mesh;
+  /// Harmonic mean of precision and recall, the shares `within` of the two directions; 0 if both are.
+  double f_score() const;
 };
 
 /// Numbers stored in the covariance mesh against numbers read, see compression().
@@ -190,6 +206,8 @@ struct ErrorReport {
   std::optional<FitReport> fit;
   std::optional<MeshReport> mesh;
   std::optional<DistanceReport> points_to_surface;
+  std::optional<DirectionReport> surface_to_points;  ///< samples of the surface to the nearest point
+  std::optional<Thresholds> thresholds;              ///< of that
   std::optional<ReferenceReport> reference;
   std::optional<CompressionReport> compression;
   std::vector<std::string> warnings;

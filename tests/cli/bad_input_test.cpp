@@ -212,8 +212,7 @@ TEST(BadInput, wrong_kind_for_a_stage) {
   for (const std::vector<std::string>& line :
        std::vector<std::vector<std::string>>{{"triangulate", "points.ply", "out.ply"},
                                              {"subdivide", "points.ply", "out.ply"},
-                                             {"fit", "points.ply", "points.ply", "out.ply"},
-                                             {"compare", "points.ply", "points.ply"}}) {
+                                             {"fit", "points.ply", "points.ply", "out.ply"}}) {
     const ProcessResult result = run(line, here);
     EXPECT_EQ(result.exit_code, 3) << line[0] << ": " << result.err;
     EXPECT_THAT(result.err, HasSubstr("points.ply"));

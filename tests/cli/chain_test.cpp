@@ -447,5 +447,37 @@ TEST_F(ChainTest, compare_with_points) {
   EXPECT_EQ(run_here({"compare", "out.ply", "in.ply", "--max-error", "0.0001"}).exit_code, 7);
 }
 
+TEST_F(ChainTest, compare_reads_covariance_meshes_and_points_in_either_place) {
+  do_here({"in.ply", "out.ply"});
+  const auto compared = [&](const std::string& judged, const std::string& reference) {
+    return json::parse(do_here({"compare", judged, reference, "--report", "-", "--samples", "20000"}).out);
+  };
+  const json surface = compared("out.covmesh.ply", "out.ply").at("reference");
+  EXPECT_LT(surface.at("mesh_to_reference").at("distance").at("rel").at("rms"), 1e-4);
+  const json points = compared("in.ply", "out.ply");
+  EXPECT_TRUE(points.at("mesh").is_null());
+  EXPECT_EQ(points.at("input").at("file"), "in.ply");
+  EXPECT_EQ(points.at("reference").at("file").at("file"), "out.ply");
+  EXPECT_EQ(compared("in.ply", "in.ply").at("reference").at("mesh_to_reference").at("distance").at("scene").at("max"),
+            0);
+  EXPECT_EQ(run_here({"compare", "in.ply", "out.ply", "--html", "page.html"}).exit_code, 2);
+  EXPECT_EQ(run_here({"compare", "in.ply", "out.ply", "--self-intersections"}).exit_code, 2);
+}
+
+TEST_F(ChainTest, errors_to_look_at) {
+  do_here({"in.ply", "out.ply", "--html", "page.html", "--heatmap", "colors.ply"});
+  EXPECT_THAT(bytes("page.html"), HasSubstr("points to surface"));
+  EXPECT_THAT(bytes("colors.ply"), HasSubstr("property float error"));
+  do_here({"compare", "out.ply", "out.ply", "--html", "page.html", "--heatmap", "colors.ply", "--heatmap-max", "0.1"});
+  EXPECT_THAT(bytes("page.html"), HasSubstr("F-score"));
+  EXPECT_THAT(bytes("colors.ply"), HasSubstr("signed_error"));
+  // The page is the same for any number of threads, as all else.
+  do_here({"in.ply", "out.ply", "--html", "one.html", "--threads", "1"});
+  do_here({"in.ply", "out.ply", "--html", "two.html", "--threads", "3"});
+  EXPECT_EQ(bytes("one.html"), bytes("two.html"));
+  EXPECT_EQ(run_here({"out.covmesh.ply", "again.ply", "--html", "page.html"}).exit_code, 2);
+  EXPECT_EQ(run_here({"in.ply", "out.ply", "--html", "out.ply"}).exit_code, 2);
+}
+
 }  // namespace
 }  // namespace gpsrecon::test
