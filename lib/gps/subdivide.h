@@ -5,6 +5,11 @@
 
 namespace gpsrecon {
 
+enum class Scheme {
+  loop,           ///< Loop 1987; triangles
+  catmull_clark,  ///< Catmull and Clark 1978; polygons
+};
+
 enum class LoopWeights {
   loop,    ///< β = (5/8 - (3/8 + cos(2π/n)/4)²)/n, Loop 1987
   warren,  ///< β = 3/16 for n = 3, 3/(8n) otherwise; refinement and masks only
