@@ -24,6 +24,9 @@ inline constexpr std::size_t evaluation_block = 512;
 struct SurfaceEvaluator::Data {
   Data(const CovMesh& mesh, const EvaluateOptions& options, const RunContext& context);
 
+  Vec3 position(const SurfaceParameter& place, PatchTable::Workspace<DualPoint>& work) const {
+    return DualMap(table.value<DualPoint>(points, place, work)).mean() + normal_form.center;
+  }
   SurfacePoint evaluate(const SurfaceParameter& place, PatchTable::Workspace<DualPoint>& work) const;
   Curvature curvature_at(const SurfaceParameter& place, PatchTable::Workspace<DualPoint>& work) const;
 
