@@ -1,6 +1,7 @@
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/gps/limit.h>
 #include <gpsrecon/gps/patch_table.h>
+#include <gpsrecon/gps/quad_step.h>
 #include <map>
 #include <tuple>
 
@@ -235,7 +236,29 @@ PatchTable::PatchTable(const FaceList& faces, std::size_t vertex_count, const Ev
     patch_count_ = faces.size();
     Builder(*this, fine.corners, fine.opposite, options).build();
   } else {
-    throw InvariantError("not yet");
+    PolygonEdges base = polygon_edges(faces, vertex_count);
+    if (faces.all_of_size(4)) {
+      patch_count_ = faces.size();
+    } else {
+      // One patch per corner, or the four around the middle of a quadrilateral in one.
+      for (std::size_t f = 0; f < faces.size(); ++f) {
+        const Index first = faces.offsets[f], n = faces.offsets[f + 1] - first;
+        first_patch_.push_back(static_cast<Index>(base_of_patch_.size()));
+        for (Index i = 0; i < (n == 4 ? 1 : n); ++i) {
+          base_of_patch_.push_back(first + i);
+          split_patch_.push_back(n == 4);
+        }
+      }
+      patch_count_ = base_of_patch_.size();
+      QuadStep step = catmull_clark_step(base, options.corners);
+      base = std::move(step.edges);
+      to_base_ = std::move(step.stencils);
+      base_count_ = base.vertex_count;
+    }
+    base_limit_ = quad_limit_table(base, options.corners);
+    QuadStep step = catmull_clark_step(base, options.corners);
+    to_points_ = std::move(step.stencils);
+    Builder(*this, step.edges.corners, step.edges.opposite, options).build();
   }
 }
 
