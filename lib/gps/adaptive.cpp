@@ -12,15 +12,12 @@ namespace {
 
 using Vec2 = Eigen::Vector2d;
 
-/// Between the samples the surface may be a little farther away.
-constexpr double safety = 0.9;
-/// An edge this many times longer than all that are split is split, too.
-constexpr double largest_aspect = 6;
-
+/// Between the samples the surface may be farther away: by up to a third, measured where covariances vary by 20 : 1.
+constexpr double safety = 0.7;
 struct Edge {
-  Index a, b;      ///< vertices
-  Index patch;     ///< of one of the faces at it
-  Vec2 pa, pb;     ///< where they are in this patch
+  Index a, b;   ///< vertices
+  Index patch;  ///< of one of the faces at it
+  Vec2 pa, pb;  ///< where they are in this patch
   int halvings;
   Index middle = no_index;
   std::array<Index, 2> halves{no_index, no_index};  ///< from a to the middle, from there to b
@@ -34,6 +31,7 @@ struct Triangle {
   std::array<Index, 3> vertices, edges;  ///< edge i from vertex i to vertex i + 1
   Index patch;
   std::array<Vec2, 3> at;
+  int generation;  ///< number of splits since the control face
   bool fresh = true;
   bool unresolved = false;
 };
@@ -83,7 +81,7 @@ class Tessellator {
       link_faces();
       mark_edges();
       mark_faces();
-      bound_aspect();
+      close_marks();
       if (!split()) break;
     }
     Tessellation result;
@@ -121,7 +119,10 @@ class Tessellator {
     return static_cast<Index>(places_.size() - 1);
   }
   Index add_edge(Index a, Index b, Index patch, const Vec2& pa, const Vec2& pb) {
-    edges_.push_back({.a = a, .b = b, .patch = patch, .pa = pa, .pb = pb, .halvings = halvings(pb - pa)});
+    // Inner edges of triangles that have been split often count as short even if they are not, so that there is an end.
+    const int least = generation_ / 3;
+    edges_.push_back(
+        {.a = a, .b = b, .patch = patch, .pa = pa, .pb = pb, .halvings = std::max(least, halvings(pb - pa))});
     return static_cast<Index>(edges_.size() - 1);
   }
   /// How often an edge of the patch has been halved to become as short.
@@ -142,7 +143,7 @@ class Tessellator {
 
   void add_triangle(Index patch, const std::array<Index, 3>& vertices, const std::array<Index, 3>& edges,
                     const std::array<Vec2, 3>& at) {
-    triangles_.push_back({.vertices = vertices, .edges = edges, .patch = patch, .at = at});
+    triangles_.push_back({.vertices = vertices, .edges = edges, .patch = patch, .at = at, .generation = generation_});
   }
 
   /// Cuts the patch of four corners in two.
@@ -175,7 +176,8 @@ class Tessellator {
         const Vec2& pb = triangular ? triangle[(corner + 1) % 3] : square[(corner + 1) % 4];
         edge[h] = add_edge(a, b, patch, pa, pb);
       } else if (!whole(f)) {
-        edge[h] = add_halved_edge(a, b, patch + corner, surface_.first_patch(f) + (corner + 1) % static_cast<Index>(faces[f].size()));
+        edge[h] = add_halved_edge(a, b, patch + corner,
+                                  surface_.first_patch(f) + (corner + 1) % static_cast<Index>(faces[f].size()));
       } else {
         const Index g = topology.face[other], start = other - faces.offsets[g], first = surface_.first_patch(g);
         edge[h] = add_halved_edge(b, a, first + start, first + (start + 1) % static_cast<Index>(faces[g].size()));
@@ -199,8 +201,9 @@ class Tessellator {
         for (Index i = 0; i < n; ++i) {
           const Index before = (i + n - 1) % n;
           const Edge out = edges_[edge[first + i]], in = edges_[edge[first + before]];
-          add_square(patch + i, {face[i], out.middle, center, in.middle},
-                     {out.halves[out.a == face[i] ? 0 : 1], spokes[i], spokes[before], in.halves[in.a == face[i] ? 0 : 1]});
+          add_square(
+              patch + i, {face[i], out.middle, center, in.middle},
+              {out.halves[out.a == face[i] ? 0 : 1], spokes[i], spokes[before], in.halves[in.a == face[i] ? 0 : 1]});
         }
       }
       for (Index i = 0; i < n; ++i)
@@ -224,7 +227,8 @@ class Tessellator {
     return e;
   }
 
-  // Rounds -------------------------------------------------------------------------------------------------------------
+  // Rounds
+  // -------------------------------------------------------------------------------------------------------------
 
   void link_faces() {
     for (Edge& e : edges_) e.faces = {no_index, no_index};
@@ -277,28 +281,41 @@ class Tessellator {
 
   bool deviates_inside(const Triangle& t, Index index, Work& work) const {
     const auto at = [&](double x, double y, double z) {
-      return distance(point(t.patch, x * t.at[0] + y * t.at[1] + z * t.at[2], work), index) > limit_;
+      const Vec3 p = point(t.patch, x * t.at[0] + y * t.at[1] + z * t.at[2], work);
+      if (distance(p, index) <= limit_) return false;
+      // In flat places parameters may run beyond the edge.
+      for (const Index e : t.edges)
+        for (const Index other : edges_[e].faces)
+          if (other != no_index && other != index && distance(p, other) <= limit_) return false;
+      return true;
     };
     if (at(1.0 / 3, 1.0 / 3, 1.0 / 3)) return true;
-    const bool coarse = edges_[t.edges[0]].halvings == 0 || edges_[t.edges[1]].halvings == 0 || edges_[t.edges[2]].halvings == 0;
+    const bool coarse =
+        edges_[t.edges[0]].halvings == 0 || edges_[t.edges[1]].halvings == 0 || edges_[t.edges[2]].halvings == 0;
     const int parts = coarse ? 8 : 4;
     for (int i = 1; i < parts; ++i)
       for (int j = 1; i + j < parts; ++j)
-        if (at(static_cast<double>(i) / parts, static_cast<double>(j) / parts, static_cast<double>(parts - i - j) / parts))
+        if (at(static_cast<double>(i) / parts, static_cast<double>(j) / parts,
+               static_cast<double>(parts - i - j) / parts))
           return true;
     return false;
   }
 
   double length(const Edge& e) const { return (positions_[e.b] - positions_[e.a]).squaredNorm(); }
+  /// In the parameters, so that halving it makes the triangle smaller.
   Index longest_edge(const Triangle& t) const {
-    Index best = no_index;
-    for (const Index e : t.edges)
-      if (best == no_index || length(edges_[e]) > length(edges_[best]) ||
-          (length(edges_[e]) == length(edges_[best]) && e < best))
-        best = e;
-    return best;
+    const bool triangular = surface_.data().table.triangular();
+    std::array<double, 3> size;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Vec2 d = t.at[(i + 1) % 3] - t.at[i];
+      size[i] = d.squaredNorm() + (triangular ? d.x() * d.y() : 0);
+    }
+    std::size_t best = 0;
+    for (std::size_t i = 1; i < 3; ++i)
+      if (size[i] > size[best] || (size[i] == size[best] && length(edges_[t.edges[i]]) > length(edges_[t.edges[best]])))
+        best = i;
+    return t.edges[best];
   }
-
   void mark_faces() {
     const auto is_split = [&](Index e) { return edges_[e].split; };
     std::vector<Index> fresh;
@@ -315,22 +332,21 @@ class Tessellator {
       triangles_[fresh[i]].unresolved = !mark_if(marked[i] != 0, edges_[longest_edge(triangles_[fresh[i]])]);
   }
 
-  void bound_aspect() {
+  /// Rivara 1984: a triangle that is cut is cut at its longest edge, so that angles in the parameters do not shrink.
+  void close_marks() {
     for (bool changed = true; changed;) {
       changed = false;
       for (const Triangle& t : triangles_) {
-        double split = 0;
-        for (const Index e : t.edges)
-          if (edges_[e].split) split = std::max(split, length(edges_[e]));
+        if (std::none_of(t.edges.begin(), t.edges.end(), [&](Index e) { return edges_[e].split; })) continue;
         Edge& longest = edges_[longest_edge(t)];
-        if (split == 0 || longest.split || !splittable(longest)) continue;
-        if (length(longest) <= largest_aspect * largest_aspect * split) continue;
+        if (longest.split || !splittable(longest)) continue;
         longest.split = changed = true;
       }
     }
   }
 
   bool split() {
+    generation_ = 0;
     const std::size_t first = positions_.size(), edge_count = edges_.size();
     bool any = false;
     for (std::size_t e = 0; e < edge_count; ++e) {
@@ -355,6 +371,7 @@ class Tessellator {
     const Index m = add_vertex(edge.patch, middle);
     const Index first = add_edge(edge.a, m, edge.patch, edge.pa, middle);
     const Index second = add_edge(m, edge.b, edge.patch, middle, edge.pb);
+    for (const Index half : {first, second}) edges_[half].halvings = std::max(edges_[half].halvings, edge.halvings + 1);
     edges_[e].middle = m;
     edges_[e].halves = {first, second};
   }
@@ -363,6 +380,7 @@ class Tessellator {
   Index half(Index e, Index v) const { return edges_[e].halves[edges_[e].a == v ? 0 : 1]; }
 
   void split(const Triangle& t) {
+    generation_ = t.generation + 1;
     std::array<bool, 3> cut{};
     std::size_t cuts = 0;
     for (std::size_t i = 0; i < 3; ++i) cuts += (cut[i] = edges_[t.edges[i]].split) ? 1 : 0;
@@ -420,6 +438,7 @@ class Tessellator {
   std::vector<Vec3> positions_;
   std::vector<Edge> edges_;
   std::vector<Triangle> triangles_;
+  int generation_ = 0;  ///< of the triangles and inner edges being made
 };
 
 }  // namespace

@@ -116,7 +116,8 @@ void interpolate(const Surface& surface, const Mixture& control, Mesh& refined, 
   const std::vector<double> weights = surface_precisions(control, context);
   if (!control.colors.empty()) refined.colors = interpolate_colors(surface, control.colors, weights, context);
   for (const ScalarColumn& column : control.scalars) {
-    const auto interpolate = column.kind == ScalarKind::label ? vote_for_labels<Surface> : interpolate_quantity<Surface>;
+    const auto interpolate =
+        column.kind == ScalarKind::label ? vote_for_labels<Surface> : interpolate_quantity<Surface>;
     refined.scalars.push_back({column.name, interpolate(surface, column.values, weights, context), column.kind});
   }
 }

@@ -90,8 +90,8 @@ LimitWeight weight(double position, double u = 0, double v = 0) {
   return {position, u, v};
 }
 
-/// The weights of the inner edges and faces are A sin(iθ) and sin(iθ) + sin((i + 1)θ), those of a fan of 2k faces in the
-/// interior; the columns of v and of the boundary edges give the other two.
+/// The weights of the inner edges and faces are A sin(iθ) and sin(iθ) + sin((i + 1)θ), those of a fan of 2k faces in
+/// the interior; the columns of v and of the boundary edges give the other two.
 struct BoundaryMode {
   double a, theta, of_vertex, of_edge;
   explicit BoundaryMode(Index k) {

@@ -23,8 +23,8 @@ struct PolygonEdges {
 /// Throws InvariantError unless the faces are manifold and consistently oriented.
 PolygonEdges polygon_edges(const FaceList& faces, std::size_t vertex_count);
 
-/// The refined mesh, quad h for half-edge h of the old one: (its source, its edge, its face, the edge before it). Vertices
-/// are the old ones, one per edge, one per face.
+/// The refined mesh, quad h for half-edge h of the old one: (its source, its edge, its face, the edge before it).
+/// Vertices are the old ones, one per edge, one per face.
 struct QuadStep {
   PolygonEdges edges;
   StencilTable stencils;

@@ -57,7 +57,8 @@ void add_curvatures(const SurfaceEvaluator& surface, const std::vector<SurfacePa
                  }));
   add_scalar(mesh, "curvature_exact", column([](const Curvature& c) { return c.exact ? 1.0 : 0.0; }));
   const auto not_exact = std::count_if(all.begin(), all.end(), [](const Curvature& c) { return !c.exact; });
-  context.log(LogLevel::info, "curvature: exact at " + std::to_string(all.size() - static_cast<std::size_t>(not_exact)) +
+  context.log(LogLevel::info, "curvature: exact at " +
+                                  std::to_string(all.size() - static_cast<std::size_t>(not_exact)) +
                                   " vertices, taken around " + std::to_string(not_exact) + " irregular ones");
 }
 
@@ -86,8 +87,8 @@ Mesh subdivide_to_tolerance(const CovMesh& mesh, const SubdivideOptions& options
   context.progress("subdivide", 0.8);
   if (result.unresolved > 0)
     context.warn("tolerance: " + std::to_string(result.unresolved) +
-                 " triangles are farther from the surface, but edges have been halved " +
-                 std::to_string(max_halvings) + " times");
+                 " triangles are farther from the surface, but edges have been halved " + std::to_string(max_halvings) +
+                 " times");
   Mesh refined;
   refined.faces = std::move(result.faces);
   refined.positions = std::move(result.positions);
