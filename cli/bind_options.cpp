@@ -139,6 +139,16 @@ void bind_subdivide(Arguments& arguments, ReconstructOptions& options) {
       options.levels < 0 ? "auto" : std::to_string(options.levels), [&options](const std::string& text) {
         options.levels = text == "auto" ? -1 : static_cast<int>(std::min<std::uint64_t>(parse_natural(text), 1000));
       });
+  arguments.option(
+      "--tolerance-rel", "X", options.tolerance_rel,
+      "instead of levels: split faces until the mesh is within X times the diagonal of the limit surface, so "
+      "that flat places stay coarse; 0 = levels",
+      "> 0 or 0");
+  arguments.flag(
+      "--curvature", options.subdivide.curvature,
+      "give the vertices curvatures, in 1/length: mean_curvature, gaussian_curvature, k1, k2, their directions "
+      "and whether they are exact (ply)");
+  arguments.flag("--covariances", options.subdivide.covariances, "give the vertices their covariances (ply)");
   arguments.option("--scheme", "loop", "refinement scheme, of which there is one", "", "loop",
                    [](const std::string& text) {
                      if (text != "loop") throw OptionError("expected loop, got '" + text + "'");

@@ -107,6 +107,7 @@ void warn_of_losses(const Mesh& mesh, const std::string& path, const Console& co
                  [](unsigned char c) { return std::tolower(c); });
   if (path == "-" || extension == ".ply") return;
   std::string lost = extension == ".stl" && !mesh.colors.empty() ? " colours" : "";
+  if (!mesh.covariances.empty()) lost += " covariances";
   for (const ScalarColumn& column : mesh.scalars) lost += " " + column.name;
   if (!lost.empty()) console.warn(path + ": the format has no place for" + lost + "; that of .ply has");
 }

@@ -22,6 +22,7 @@ set(GPSRECON_PUBLIC_HEADERS
   core/sym3.h
   core/vec.h
   fit/fit.h
+  gps/evaluate.h
   gps/infer.h
   gps/subdivide.h
   hem/hem.h

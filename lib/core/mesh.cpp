@@ -32,6 +32,7 @@ void validate(const Mesh& mesh) {
   check(mesh.normals.size(), "normals");
   check(mesh.colors.size(), "colors");
   check(mesh.sigma.size(), "sigma");
+  check(mesh.covariances.size(), "covariances");
   for (const ScalarColumn& column : mesh.scalars) check(column.values.size(), column.name.c_str());
   for (std::size_t i = 0; i < n; ++i)
     if (!mesh.positions[i].allFinite()) throw InvariantError("mesh: position " + std::to_string(i) + " is not finite");

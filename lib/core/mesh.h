@@ -47,7 +47,8 @@ struct Mesh {
   FaceList faces;
   std::vector<Vec3> normals;
   std::vector<Color> colors;
-  std::vector<double> sigma;  ///< standard deviation along the normal without the kernel, in units of `positions`
+  std::vector<double> sigma;      ///< standard deviation along the normal without the kernel, in units of `positions`
+  std::vector<Sym3> covariances;  ///< of the Gaussians there, in units of `positions` squared
   std::vector<ScalarColumn> scalars;
   Frame frame;
 };

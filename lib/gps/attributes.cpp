@@ -1,5 +1,6 @@
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/gps/attributes.h>
+#include <gpsrecon/gps/evaluate_data.h>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -23,6 +24,8 @@ class Votes {
     for (std::size_t k = 0; k < other.count_; ++k) add(other.label_[k], other.weight_[k]);
     return *this;
   }
+  friend Votes operator+(Votes a, const Votes& b) { return a += b; }
+  friend Votes operator-(Votes a, const Votes& b) { return a += -1.0 * b; }
   friend Votes operator*(double factor, Votes votes) {
     for (std::size_t k = 0; k < votes.count_; ++k) votes.weight_[k] *= factor;
     return votes;
@@ -65,13 +68,14 @@ std::vector<double> surface_precisions(const Mixture& control, const RunContext&
   return precisions;
 }
 
-std::vector<Color> interpolate_colors(const LimitSurface& surface, const std::vector<Color>& colors,
+template <class Surface>
+std::vector<Color> interpolate_colors(const Surface& surface, const std::vector<Color>& colors,
                                       const std::vector<double>& weights, const RunContext& context) {
   using Sum = Eigen::Vector4d;  // Σ w (red, green, blue), Σ w
   std::vector<Sum> sums(colors.size());
   for (std::size_t s = 0; s < colors.size(); ++s)
     sums[s] = weights[s] * Sum(colors[s][0], colors[s][1], colors[s][2], 1);
-  const std::vector<Sum> at_samples = surface.to_samples<Sum>(sums, context);
+  const std::vector<Sum> at_samples = surface.template to_samples<Sum>(sums, context);
   std::vector<Color> result(at_samples.size());
   for (std::size_t u = 0; u < result.size(); ++u)
     for (Eigen::Index k = 0; k < 3; ++k)
@@ -80,41 +84,75 @@ std::vector<Color> interpolate_colors(const LimitSurface& surface, const std::ve
   return result;
 }
 
-std::vector<double> interpolate_quantity(const LimitSurface& surface, const std::vector<double>& values,
+template <class Surface>
+std::vector<double> interpolate_quantity(const Surface& surface, const std::vector<double>& values,
                                          const std::vector<double>& weights, const RunContext& context) {
   using Sum = Eigen::Vector2d;  // Σ w x, Σ w
   std::vector<Sum> sums(values.size(), Sum::Zero());
   for (std::size_t s = 0; s < values.size(); ++s)
     if (!is_missing(values[s])) sums[s] = weights[s] * Sum(values[s], 1);
-  const std::vector<Sum> at_samples = surface.to_samples<Sum>(sums, context);
+  const std::vector<Sum> at_samples = surface.template to_samples<Sum>(sums, context);
   std::vector<double> result(at_samples.size());
   for (std::size_t u = 0; u < result.size(); ++u)
     result[u] = at_samples[u][1] > 0 ? at_samples[u][0] / at_samples[u][1] : missing;
   return result;
 }
 
-std::vector<double> vote_for_labels(const LimitSurface& surface, const std::vector<double>& labels,
+template <class Surface>
+std::vector<double> vote_for_labels(const Surface& surface, const std::vector<double>& labels,
                                     const std::vector<double>& weights, const RunContext& context) {
   std::vector<Votes> votes(labels.size());
   for (std::size_t s = 0; s < labels.size(); ++s)
     if (!is_missing(labels[s])) votes[s] = Votes::of(labels[s], weights[s]);
-  const std::vector<Votes> at_samples = surface.to_samples<Votes>(votes, context);
+  const std::vector<Votes> at_samples = surface.template to_samples<Votes>(votes, context);
   std::vector<double> result(at_samples.size());
   std::transform(at_samples.begin(), at_samples.end(), result.begin(), [](const Votes& v) { return v.winner(); });
   return result;
 }
 
-}  // namespace
-
-void interpolate_attributes(const LimitSurface& surface, const Mixture& control, Mesh& refined,
-                            const RunContext& context) {
+template <class Surface>
+void interpolate(const Surface& surface, const Mixture& control, Mesh& refined, const RunContext& context) {
   if (control.colors.empty() && control.scalars.empty()) return;
   const std::vector<double> weights = surface_precisions(control, context);
   if (!control.colors.empty()) refined.colors = interpolate_colors(surface, control.colors, weights, context);
   for (const ScalarColumn& column : control.scalars) {
-    const auto interpolate = column.kind == ScalarKind::label ? vote_for_labels : interpolate_quantity;
+    const auto interpolate =
+        column.kind == ScalarKind::label ? vote_for_labels<Surface> : interpolate_quantity<Surface>;
     refined.scalars.push_back({column.name, interpolate(surface, column.values, weights, context), column.kind});
   }
+}
+
+/// Samples of a surface at given places, with the interface of LimitSurface.
+struct PlacedSamples {
+  const PatchTable& table;
+  std::span<const SurfaceParameter> places;
+
+  template <class T>
+  std::vector<T> to_samples(std::span<const T> values, const RunContext& context) const {
+    const std::vector<T> points = table.to_points<T>(table.to_base<T>(values, context), context);
+    std::vector<T> samples(places.size());
+    parallel_blocks(
+        places.size(), context,
+        [&](std::size_t, std::size_t begin, std::size_t end) {
+          PatchTable::Workspace<T> work(table);
+          for (std::size_t i = begin; i < end; ++i)
+            samples[i] = places[i].patch == no_index ? values[i] : table.value<T>(points, places[i], work);
+        },
+        evaluation_block);
+    return samples;
+  }
+};
+
+}  // namespace
+
+void interpolate_attributes(const LimitSurface& surface, const Mixture& control, Mesh& refined,
+                            const RunContext& context) {
+  interpolate(surface, control, refined, context);
+}
+
+void interpolate_attributes(const SurfaceEvaluator& surface, std::span<const SurfaceParameter> places,
+                            const Mixture& control, Mesh& refined, const RunContext& context) {
+  interpolate(PlacedSamples{surface.data().table, places}, control, refined, context);
 }
 
 }  // namespace gpsrecon

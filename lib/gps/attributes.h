@@ -1,5 +1,6 @@
 #pragma once
 
+#include <gpsrecon/gps/evaluate.h>
 #include <gpsrecon/gps/limit_surface.h>
 
 // Internal to lib/gps: colours and scalars of control vertices at the vertices of the refined mesh.
@@ -15,5 +16,9 @@ namespace gpsrecon {
 /// O(samples) per column.
 void interpolate_attributes(const LimitSurface& surface, const Mixture& control, Mesh& refined,
                             const RunContext& context);
+
+/// The same where the vertices of `refined` are at `places`; those without a patch are control vertices of that number.
+void interpolate_attributes(const SurfaceEvaluator& surface, std::span<const SurfaceParameter> places,
+                            const Mixture& control, Mesh& refined, const RunContext& context);
 
 }  // namespace gpsrecon

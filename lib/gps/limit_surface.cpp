@@ -110,7 +110,8 @@ LimitSurface::LimitSurface(const FaceList& faces, std::size_t control_count, int
   faces_ = take_faces(std::move(topology));
 }
 
-SurfaceSamples LimitSurface::evaluate(const Mixture& control, bool limit, const RunContext& context) const {
+SurfaceSamples LimitSurface::evaluate(const Mixture& control, bool limit, const RunContext& context,
+                                      bool covariances) const {
   if (control.size() != control_count_)
     throw InvariantError("limit surface: " + std::to_string(control.size()) + " Gaussians for " +
                          std::to_string(control_count_) + " control vertices");
@@ -128,11 +129,13 @@ SurfaceSamples LimitSurface::evaluate(const Mixture& control, bool limit, const 
   samples.normals.resize(sample_count());
   samples.sigma.resize(sample_count());
   samples.spread.resize(sample_count());
+  if (covariances) samples.covariances.resize(sample_count());
   parallel_for(sample_count(), context, [&](std::size_t i) {
     const LimitPoint q = limit_point(limit_, i, dual);
     const DualMap limit_map(q.position);
     const DualMap map = limit ? limit_map : DualMap(dual[i]);
     samples.positions[i] = map.mean() + normal_form.center;
+    if (covariances) samples.covariances[i] = normal_form.scale * map.covariance();
     samples.normals[i] = unit_normal(limit_map.tangent(q.u), limit_map.tangent(q.v));
     describe(samples, i, map);
   });

@@ -11,6 +11,7 @@ struct SurfaceSamples {
   std::vector<Vec3> normals;  ///< unit, on the side from which faces run counter-clockwise
   std::vector<double> sigma;  ///< sqrt(max(0, nᵀΣn - σ0²)), in units of `positions`
   std::vector<Vec3> spread;  ///< Σn: how the position follows the Gaussians, δ(nᵀμ) = (Σn)ᵀ Σ_i α_i Σ_i⁻¹ δμ_i
+  std::vector<Sym3> covariances;  ///< Σ, if asked for
 };
 
 /// Everything about a Gaussian-product Loop surface that depends on connectivity alone: the faces of a refinement
@@ -34,7 +35,8 @@ class LimitSurface {
   /// positions and deviations are those of the refined vertices themselves instead of their limits.
   /// Where the tangents do not span a plane the normal is that of the surrounding refined faces, or, failing that, the
   /// thin axis of the Gaussian (of either sign). O(sample_count()).
-  SurfaceSamples evaluate(const Mixture& control, bool limit = true, const RunContext& context = {}) const;
+  SurfaceSamples evaluate(const Mixture& control, bool limit = true, const RunContext& context = {},
+                          bool covariances = false) const;
 
   /// The weights α of the limit positions, applied to one value (number or fixed-size Eigen vector) per control vertex:
   /// Σ_i α_i(u) values[i] at every sample u. Where all covariances are equal these are the limit positions of the

@@ -1,29 +1,162 @@
 #include <gpsrecon/core/mesh_topology.h>
+#include <gpsrecon/core/parallel.h>
+#include <gpsrecon/gps/adaptive.h>
 #include <gpsrecon/gps/attributes.h>
+#include <gpsrecon/gps/evaluate_data.h>
 #include <gpsrecon/gps/limit_surface.h>
+#include <gpsrecon/gps/refined_parameters.h>
 #include <gpsrecon/gps/subdivide.h>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace gpsrecon {
+namespace {
+
+/// Control edges are halved this often by a tolerance, at most: three times more than by the largest number of levels.
+constexpr int max_halvings = 11;
+
+EvaluateOptions evaluation(const SubdivideOptions& options) {
+  return {.scheme = Scheme::loop, .weights = options.weights, .corners = options.corners};
+}
+
+void add_scalar(Mesh& mesh, const char* name, std::vector<double> values) {
+  mesh.scalars.push_back({name, std::move(values), ScalarKind::quantity});
+}
+
+/// Columns in world units. Where a vertex has no place it has no curvature.
+void add_curvatures(const SurfaceEvaluator& surface, const std::vector<SurfaceParameter>& places, Mesh& mesh,
+                    const RunContext& context) {
+  std::vector<SurfaceParameter> on_surface;
+  for (const SurfaceParameter& place : places)
+    if (place.patch != no_index) on_surface.push_back(place);
+  const std::vector<Curvature> known = surface.curvatures(on_surface, context);
+  std::vector<Curvature> all(places.size());
+  for (std::size_t v = 0, next = 0; v < places.size(); ++v) {
+    if (places[v].patch != no_index)
+      all[v] = known[next++];
+    else
+      all[v].exact = false;
+  }
+  const auto column = [&](const auto& value) {
+    std::vector<double> values(all.size());
+    for (std::size_t v = 0; v < all.size(); ++v) values[v] = value(all[v]);
+    return values;
+  };
+  const double unit = 1 / mesh.frame.scale();
+  add_scalar(mesh, "mean_curvature", column([=](const Curvature& c) { return unit * c.mean; }));
+  add_scalar(mesh, "gaussian_curvature", column([=](const Curvature& c) { return unit * unit * c.gaussian; }));
+  add_scalar(mesh, "k1", column([=](const Curvature& c) { return unit * c.k1; }));
+  add_scalar(mesh, "k2", column([=](const Curvature& c) { return unit * c.k2; }));
+  const std::array<std::array<const char*, 3>, 2> names{{{"k1x", "k1y", "k1z"}, {"k2x", "k2y", "k2z"}}};
+  for (std::size_t k = 0; k < 2; ++k)
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      add_scalar(mesh, names[k][axis], column([=](const Curvature& c) {
+                   return (k == 0 ? c.direction1 : c.direction2)[static_cast<Eigen::Index>(axis)];
+                 }));
+  add_scalar(mesh, "curvature_exact", column([](const Curvature& c) { return c.exact ? 1.0 : 0.0; }));
+  const auto not_exact = std::count_if(all.begin(), all.end(), [](const Curvature& c) { return !c.exact; });
+  context.log(LogLevel::info, "curvature: exact at " +
+                                  std::to_string(all.size() - static_cast<std::size_t>(not_exact)) +
+                                  " vertices, taken around " + std::to_string(not_exact) + " irregular ones");
+}
+
+/// The normal is that of the surrounding faces, or failing that the thin axis of the Gaussian, where it is zero.
+void complete_normals(const std::vector<Sym3>& covariances, Mesh& mesh) {
+  std::vector<bool> missing(mesh.normals.size());
+  for (std::size_t v = 0; v < missing.size(); ++v) missing[v] = mesh.normals[v].isZero(0);
+  if (std::none_of(missing.begin(), missing.end(), [](bool m) { return m; })) return;
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
+    const auto face = mesh.faces[f];
+    const Vec3& a = mesh.positions[face[0]];
+    const Vec3 area = (mesh.positions[face[1]] - a).cross(mesh.positions[face[2]] - a);
+    for (const Index v : face)
+      if (missing[v]) mesh.normals[v] += area;
+  }
+  for (std::size_t v = 0; v < missing.size(); ++v) {
+    if (!missing[v]) continue;
+    mesh.normals[v].stableNormalize();
+    if (mesh.normals[v].isZero(0)) mesh.normals[v] = eigen_decomposition(covariances[v]).vectors.col(0);
+  }
+}
+
+Mesh subdivide_to_tolerance(const CovMesh& mesh, const SubdivideOptions& options, const RunContext& context) {
+  const SurfaceEvaluator surface(mesh, evaluation(options), context);
+  Tessellation result = tessellate(surface, mesh, options.tolerance, max_halvings, context);
+  context.progress("subdivide", 0.8);
+  if (result.unresolved > 0)
+    context.warn("tolerance: " + std::to_string(result.unresolved) +
+                 " triangles are farther from the surface, but edges have been halved " + std::to_string(max_halvings) +
+                 " times");
+  Mesh refined;
+  refined.faces = std::move(result.faces);
+  refined.positions = std::move(result.positions);
+  refined.normals.assign(refined.positions.size(), Vec3::Zero());
+  refined.sigma.resize(refined.positions.size());
+  refined.frame = mesh.vertices.frame;
+  std::vector<Sym3> covariances(refined.positions.size());
+  parallel_blocks(
+      refined.positions.size(), context,
+      [&](std::size_t, std::size_t begin, std::size_t end) {
+        PatchTable::Workspace<DualPoint> work(surface.data().table);
+        for (std::size_t v = begin; v < end; ++v) {
+          if (result.places[v].patch == no_index) {
+            covariances[v] = mesh.vertices.covariances[v];
+            continue;
+          }
+          const SurfacePoint p = surface.data().evaluate(result.places[v], work);
+          refined.normals[v] = p.normal;
+          covariances[v] = p.covariance;
+        }
+      },
+      evaluation_block);
+  complete_normals(covariances, refined);
+  const double kernel = mesh.vertices.sigma0 * mesh.vertices.sigma0;
+  for (std::size_t v = 0; v < refined.sigma.size(); ++v)
+    refined.sigma[v] = std::sqrt(std::max(0.0, covariances[v].quadratic_form(refined.normals[v]) - kernel));
+  if (options.attributes) interpolate_attributes(surface, result.places, mesh.vertices, refined, context);
+  if (options.curvature) add_curvatures(surface, result.places, refined, context);
+  if (options.covariances) refined.covariances = std::move(covariances);
+  return refined;
+}
+
+Mesh subdivide_uniformly(const CovMesh& mesh, const SubdivideOptions& options, const RunContext& context) {
+  LimitSurface surface(mesh.faces, mesh.vertices.size(), options.levels, options.weights, options.corners, context);
+  context.progress("subdivide", 0.5);
+  SurfaceSamples samples = surface.evaluate(mesh.vertices, options.limit, context, options.covariances);
+  Mesh refined;
+  refined.positions = std::move(samples.positions);
+  refined.normals = std::move(samples.normals);
+  refined.sigma = std::move(samples.sigma);
+  refined.covariances = std::move(samples.covariances);
+  refined.frame = mesh.vertices.frame;
+  if (options.attributes) interpolate_attributes(surface, mesh.vertices, refined, context);
+  refined.faces = std::move(surface).faces();
+  if (options.curvature) {
+    const EvaluateOptions evaluate = evaluation(options);
+    const std::vector<SurfaceParameter> places =
+        refined_parameters(mesh.faces, refined.faces, refined.positions.size(), options.levels, evaluate.scheme);
+    add_curvatures(SurfaceEvaluator(mesh, evaluate, context), places, refined, context);
+  }
+  return refined;
+}
+
+}  // namespace
 
 void SubdivideOptions::check() const {
   if (levels < 0 || levels > 8) throw OptionError("levels: " + std::to_string(levels) + " is not in [0, 8]");
+  if (!(tolerance >= 0) || !std::isfinite(tolerance))
+    throw OptionError("tolerance must be positive, or 0 for levels, not " + std::to_string(tolerance));
+  if (tolerance > 0 && !limit) throw OptionError("tolerance needs limit");
 }
 
 Mesh subdivide(const CovMesh& mesh, const SubdivideOptions& options, const RunContext& context) {
   options.check();
   context.progress("subdivide", 0);
   validate(mesh);
-  LimitSurface surface(mesh.faces, mesh.vertices.size(), options.levels, options.weights, options.corners, context);
-  context.progress("subdivide", 0.5);
-  SurfaceSamples samples = surface.evaluate(mesh.vertices, options.limit, context);
-  Mesh refined;
-  refined.positions = std::move(samples.positions);
-  refined.normals = std::move(samples.normals);
-  refined.sigma = std::move(samples.sigma);
-  if (options.attributes) interpolate_attributes(surface, mesh.vertices, refined, context);
-  refined.faces = std::move(surface).faces();
-  refined.frame = mesh.vertices.frame;
+  Mesh refined = options.tolerance > 0 ? subdivide_to_tolerance(mesh, options, context)
+                                       : subdivide_uniformly(mesh, options, context);
   context.progress("subdivide", 1);
   return refined;
 }

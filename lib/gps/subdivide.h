@@ -5,6 +5,11 @@
 
 namespace gpsrecon {
 
+enum class Scheme {
+  loop,           ///< Loop 1987; triangles
+  catmull_clark,  ///< Catmull and Clark 1978; polygons
+};
+
 enum class LoopWeights {
   loop,    ///< β = (5/8 - (3/8 + cos(2π/n)/4)²)/n, Loop 1987
   warren,  ///< β = 3/16 for n = 3, 3/(8n) otherwise; refinement and masks only
@@ -24,6 +29,16 @@ struct SubdivideOptions {
   bool limit = true;
   LoopWeights weights = LoopWeights::loop;
   CornerRule corners = CornerRule::smooth;
+  /// Instead of `levels` everywhere, split faces until the mesh is nowhere farther from the limit surface than this, in
+  /// units of the control means; faces become triangles. Needs limit. Range: > 0; 0 = levels.
+  double tolerance = 0;
+  /// Give the vertices the curvatures of the limit surface there, as scalars: mean_curvature and the principal
+  /// curvatures k1 >= k2 in 1/length, gaussian_curvature in 1/length² (all in world units, positive where the surface
+  /// bends away from the normal), the directions k1x ... k2z, and curvature_exact, 0 at irregular control vertices,
+  /// where it may be infinite and is taken around the vertex (evaluate.h).
+  bool curvature = false;
+  /// Give the vertices their covariances.
+  bool covariances = false;
   /// Give the refined vertices the colours and scalars of the control vertices, if these have any.
   bool attributes = true;
 

@@ -263,6 +263,19 @@ void write_ply(const Mesh& mesh, const std::string& path, PlyEncoding encoding) 
   if (!mesh.normals.empty()) add_vectors(columns, {"nx", "ny", "nz"}, PlyType::float32, mesh.normals);
   add_colors(columns, mesh.colors);
   if (!sigma.empty()) columns.push_back({.name = "sigma", .type = type, .real = sigma.data()});
+  // In double, as rounding to float may leave thin ones without an inverse.
+  std::vector<double> covariances;
+  constexpr std::size_t numbers = 6, first = 3;
+  covariances.reserve(numbers * mesh.covariances.size());
+  for (const Sym3& local : mesh.covariances) {
+    const Sym3 c = local * (mesh.frame.scale() * mesh.frame.scale());
+    covariances.insert(covariances.end(), {c.xx, c.xy, c.xz, c.yy, c.yz, c.zz});
+  }
+  for (std::size_t k = 0; k < numbers && !covariances.empty(); ++k)
+    columns.push_back({.name = mixture_columns[first + k],
+                       .type = PlyType::float64,
+                       .stride = numbers,
+                       .real = covariances.data() + k});
   for (const ScalarColumn& scalar : mesh.scalars) add_scalar(columns, scalar, scalar_type(scalar));
   write_file(path, encoding, {version_comment()}, positions.size(), columns, &mesh.faces);
 }

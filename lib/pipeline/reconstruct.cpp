@@ -172,6 +172,9 @@ void ReconstructOptions::check() const {
     if (fit.max_vertices > 0) contradicts("max_vertices");
   }
   if (levels < -1 || levels > 8) fail("levels", "in [0, 8], or -1 for automatic", levels);
+  if (!(tolerance_rel >= 0) || !std::isfinite(tolerance_rel))
+    fail("tolerance_rel", "positive, or 0 for levels", tolerance_rel);
+  if (tolerance_rel > 0 && levels >= 0) throw OptionError("tolerance_rel and levels contradict each other");
   if (sensor && !sensor->allFinite()) throw OptionError("sensor must be finite");
 }
 
@@ -303,14 +306,19 @@ CovMesh fit_stage(CovMesh mesh, const PreparedCloud& cloud, const ReconstructOpt
 
 Mesh subdivide_stage(const CovMesh& mesh, const ReconstructOptions& options, const RunContext& context,
                      ErrorReport& report) {
+  if (report.diagonal == 0) report.diagonal = covmesh_diagonal(mesh);
   SubdivideOptions subdivision = options.subdivide;
-  subdivision.levels = options.levels >= 0 ? options.levels : level_for_edge_length(mesh, edge_target(mesh));
+  const bool adaptive = options.tolerance_rel > 0;
+  if (adaptive)
+    subdivision.tolerance = options.tolerance_rel * report.diagonal / mesh.vertices.frame.scale();
+  else
+    subdivision.levels = options.levels >= 0 ? options.levels : level_for_edge_length(mesh, edge_target(mesh));
   Mesh refined = subdivide(mesh, subdivision, context);
   report.mesh = measure_mesh(refined, context, options.self_intersections);
-  report.mesh->level = subdivision.levels;
-  context.log(LogLevel::info, "subdivide: " + std::to_string(refined.faces.size()) + " faces at level " +
-                                  std::to_string(subdivision.levels));
-  if (report.diagonal == 0) report.diagonal = covmesh_diagonal(mesh);
+  if (!adaptive) report.mesh->level = subdivision.levels;
+  context.log(LogLevel::info,
+              "subdivide: " + std::to_string(refined.faces.size()) + " faces " +
+                  (adaptive ? "within the tolerance" : "at level " + std::to_string(subdivision.levels)));
   return refined;
 }
 

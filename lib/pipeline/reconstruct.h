@@ -34,6 +34,10 @@ struct ReconstructOptions {
   /// Refinement level of the mesh. Range: [0, 8]; -1 = the smallest level up to 3 whose edges are at most 1.5 times the
   /// sample spacing.
   int levels = -1;
+  /// Instead of a level everywhere, split faces until the mesh is nowhere farther from the limit surface than this
+  /// share of the diagonal (without points: of the bounding box of the control means). Excludes `levels`. Range: > 0; 0
+  /// = off.
+  double tolerance_rel = 0;
   /// Count the faces of covariance mesh and mesh that intersect others.
   bool self_intersections = false;
   /// Where the sensor stood, in world coordinates; takes precedence over the sensors and normals of the points.

@@ -1,0 +1,224 @@
+#include <gpsrecon/core/error.h>
+#include <gpsrecon/core/parallel.h>
+#include <gpsrecon/gps/dual.h>
+#include <gpsrecon/gps/evaluate.h>
+#include <gpsrecon/gps/evaluate_data.h>
+#include <Eigen/Geometry>
+#include <cmath>
+
+// Preiner et al. 2019, appendix B.
+
+namespace gpsrecon {
+namespace {
+
+/// Below this sine of the angle between the two tangents they are taken for parallel.
+constexpr double parallel_tangents = 1e-9;
+
+using Work = PatchTable::Workspace<DualPoint>;
+
+/// Zero where the tangents do not span a plane.
+Vec3 unit_normal(const Vec3& u, const Vec3& v) {
+  const Vec3 n = u.cross(v);
+  const double length = n.norm();
+  return length > parallel_tangents * u.norm() * v.norm() ? Vec3(n / length) : Vec3::Zero();
+}
+
+/// [q̂] μ of a derivative of q
+Vec3 residual(const DualPoint& derivative, const Vec3& mean) {
+  return linear_part(derivative) - quadratic_part(derivative) * mean;
+}
+
+SurfacePoint to_space(const Jet<DualPoint>& q, const Normalization& normal_form) {
+  const DualMap map(q.value);
+  const auto solve = [&](const Vec3& x) { return map.covariance_times(x); };
+  const auto moved = [&](const DualPoint& derivative, const Vec3& by) { return Vec3(quadratic_part(derivative) * by); };
+  SurfacePoint p;
+  p.position = map.mean() + normal_form.center;
+  p.u = map.tangent(q.u);
+  p.v = map.tangent(q.v);
+  p.uu = solve(residual(q.uu, map.mean()) - 2 * moved(q.u, p.u));
+  p.uv = solve(residual(q.uv, map.mean()) - moved(q.u, p.v) - moved(q.v, p.u));
+  p.vv = solve(residual(q.vv, map.mean()) - 2 * moved(q.v, p.v));
+  p.normal = unit_normal(p.u, p.v);
+  p.covariance = normal_form.scale * map.covariance();
+  return p;
+}
+
+void check_places(const PatchTable& table, std::span<const SurfaceParameter> places) {
+  // Sums of exact parameters may be one off in the last place.
+  constexpr double slack = 1e-12;
+  for (const SurfaceParameter& p : places) {
+    const double top = table.triangular() ? p.u + p.v : std::max(p.u, p.v);
+    if (p.patch >= table.patch_count() || !(p.u >= 0 && p.v >= 0 && top <= 1 + slack))
+      throw OptionError("no place on the surface: patch " + std::to_string(p.patch) + " of " +
+                        std::to_string(table.patch_count()) + ", u = " + std::to_string(p.u) +
+                        ", v = " + std::to_string(p.v));
+  }
+}
+
+/// The curvature tensor Σ k d dᵀ.
+Mat3 tensor(const Curvature& c) {
+  return c.k1 * c.direction1 * c.direction1.transpose() + c.k2 * c.direction2 * c.direction2.transpose();
+}
+
+/// From the symmetric matrix (a b; b c) of the tensor in an orthonormal basis of the tangent plane.
+Curvature principal(double a, double b, double c, const Vec3& x, const Vec3& y) {
+  Curvature result;
+  result.mean = 0.5 * (a + c);
+  result.gaussian = a * c - b * b;
+  const double half = std::hypot(0.5 * (a - c), b);
+  result.k1 = result.mean + half;
+  result.k2 = result.mean - half;
+  const double angle = 0.5 * std::atan2(2 * b, a - c);
+  result.direction1 = std::cos(angle) * x + std::sin(angle) * y;
+  result.direction2 = std::cos(angle) * y - std::sin(angle) * x;
+  return result;
+}
+
+Curvature undefined_curvature() {
+  Curvature c;
+  c.exact = false;
+  return c;
+}
+
+}  // namespace
+
+FundamentalForms fundamental_forms(const SurfacePoint& p) {
+  return {p.u.dot(p.u), p.u.dot(p.v), p.v.dot(p.v), p.normal.dot(p.uu), p.normal.dot(p.uv), p.normal.dot(p.vv)};
+}
+
+Curvature curvature(const SurfacePoint& p) {
+  const Vec3 n = unit_normal(p.u, p.v);
+  if (n.isZero(0)) return undefined_curvature();
+  // In the orthonormal basis x, y with u = ux x, v = vx x + vy y the second form becomes J⁻ᵀ II J⁻¹.
+  const double ux = p.u.norm();
+  const Vec3 x = p.u / ux, y = n.cross(x);
+  const double vx = p.v.dot(x), vy = p.v.dot(y);
+  const double L = -n.dot(p.uu) / ux / ux, M = -n.dot(p.uv) / ux, N = -n.dot(p.vv);
+  const double a = L, b = (M - vx * L) / vy, c = (N - 2 * vx * M + vx * vx * L) / vy / vy;
+  if (!std::isfinite(a + b + c)) return undefined_curvature();
+  Curvature result = principal(a, b, c, x, y);
+  result.exact = !p.extraordinary;
+  return result;
+}
+
+Normalization normalization(const Mixture& control) {
+  if (control.empty()) return {};
+  Vec3 low = control.means.front(), high = low;
+  for (const Vec3& mean : control.means) {
+    low = low.cwiseMin(mean);
+    high = high.cwiseMax(mean);
+  }
+  std::vector<double> traces(control.size());
+  for (std::size_t i = 0; i < traces.size(); ++i) traces[i] = control.covariances[i].trace();
+  const auto median = traces.begin() + static_cast<std::ptrdiff_t>(traces.size() / 2);
+  std::nth_element(traces.begin(), median, traces.end());
+  return {0.5 * (low + high), *median};
+}
+
+SurfaceEvaluator::Data::Data(const CovMesh& mesh, const EvaluateOptions& options, const RunContext& context)
+    : table(mesh.faces, mesh.vertices.size(), options, context),
+      face_sizes(mesh.faces),
+      normal_form(normalization(mesh.vertices)) {
+  std::vector<DualPoint> control(mesh.vertices.size());
+  parallel_for(control.size(), context,
+               [&](std::size_t i) { control[i] = to_dual(normal_form.apply(mesh.vertices.component(i))); });
+  const std::vector<DualPoint> base = table.to_base<DualPoint>(control, context);
+  points = table.to_points<DualPoint>(base, context);
+  vertex_normals.assign(base.size(), Vec3::Zero());
+  parallel_for(base.size(), context, [&](std::size_t v) {
+    if (table.leaves_around(static_cast<Index>(v)).empty()) return;
+    const auto row = [&](double LimitWeight::*part) { return apply_row<DualPoint>(table.base_limit(), v, base, part); };
+    const DualMap map(row(&LimitWeight::position));
+    vertex_normals[v] = unit_normal(map.tangent(row(&LimitWeight::u)), map.tangent(row(&LimitWeight::v)));
+  });
+}
+
+SurfacePoint SurfaceEvaluator::Data::evaluate(const SurfaceParameter& place, Work& work) const {
+  const PatchTable::LeafPoint leaf = table.locate(place);
+  SurfacePoint p = to_space(table.jet<DualPoint>(points, place, work), normal_form);
+  if (!table.extraordinary(leaf)) return p;
+  p.extraordinary = true;
+  if (const Vec3& n = vertex_normals[table.vertex_of(leaf.leaf)]; !n.isZero(0)) p.normal = n;
+  return p;
+}
+
+Curvature SurfaceEvaluator::Data::curvature_at(const SurfaceParameter& place, Work& work) const {
+  const PatchTable::LeafPoint leaf = table.locate(place);
+  if (!table.extraordinary(leaf)) return curvature(evaluate(place, work));
+  const Index vertex = table.vertex_of(leaf.leaf);
+  Mat3 sum = Mat3::Zero();
+  Vec3 normal = vertex_normals[vertex], fallback = Vec3::Zero();
+  double count = 0;
+  for (const Index other : table.leaves_around(vertex)) {
+    Jet<DualPoint> jet;
+    table.evaluate<2, DualPoint>(points, {other, PatchTable::leaf_offset, PatchTable::leaf_offset, 1, 0, 0, 1}, work,
+                                 jet);
+    const SurfacePoint p = to_space(jet, normal_form);
+    const Curvature c = curvature(p);
+    if (!c.exact) continue;
+    sum += tensor(c);
+    fallback += p.normal;
+    ++count;
+  }
+  if (normal.isZero(0)) normal = fallback.normalized();
+  if (count == 0 || !normal.allFinite() || normal.isZero(0)) return undefined_curvature();
+  sum /= count;
+  const Vec3 x = normal.unitOrthogonal(), y = normal.cross(x);
+  Curvature result = principal(x.dot(sum * x), x.dot(sum * y), y.dot(sum * y), x, y);
+  result.exact = false;
+  return result;
+}
+
+SurfaceEvaluator::SurfaceEvaluator(const CovMesh& mesh, const EvaluateOptions& options, const RunContext& context) {
+  validate(mesh);
+  data_ = std::make_shared<const Data>(mesh, options, context);
+}
+
+std::size_t SurfaceEvaluator::patch_count() const {
+  return data_->table.patch_count();
+}
+
+Index SurfaceEvaluator::first_patch(std::size_t face) const {
+  return data_->table.first_patch(face);
+}
+
+std::size_t SurfaceEvaluator::patches_of(std::size_t face) const {
+  return (face + 1 < data_->face_sizes.size() ? first_patch(face + 1) : patch_count()) - first_patch(face);
+}
+
+std::vector<SurfacePoint> SurfaceEvaluator::evaluate(std::span<const SurfaceParameter> places,
+                                                     const RunContext& context) const {
+  check_places(data_->table, places);
+  std::vector<SurfacePoint> result(places.size());
+  parallel_blocks(
+      places.size(), context,
+      [&](std::size_t, std::size_t begin, std::size_t end) {
+        Work work(data_->table);
+        for (std::size_t i = begin; i < end; ++i) result[i] = data_->evaluate(places[i], work);
+      },
+      evaluation_block);
+  return result;
+}
+
+SurfacePoint SurfaceEvaluator::evaluate(const SurfaceParameter& place) const {
+  check_places(data_->table, {&place, 1});
+  Work work(data_->table);
+  return data_->evaluate(place, work);
+}
+
+std::vector<Curvature> SurfaceEvaluator::curvatures(std::span<const SurfaceParameter> places,
+                                                    const RunContext& context) const {
+  check_places(data_->table, places);
+  std::vector<Curvature> result(places.size());
+  parallel_blocks(
+      places.size(), context,
+      [&](std::size_t, std::size_t begin, std::size_t end) {
+        Work work(data_->table);
+        for (std::size_t i = begin; i < end; ++i) result[i] = data_->curvature_at(places[i], work);
+      },
+      evaluation_block);
+  return result;
+}
+
+}  // namespace gpsrecon
