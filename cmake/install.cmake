@@ -20,6 +20,7 @@ set(GPSRECON_PUBLIC_HEADERS
   core/sym3.h
   core/vec.h
   fit/fit.h
+  gps/edit.h
   gps/infer.h
   gps/subdivide.h
   hem/hem.h
