@@ -124,6 +124,7 @@ class Script {
                        "point",
                        "", [this](const std::string& text) {
                          selection_ = parse_selection(text);
+                         EditStep{selection_, ScaleCovariance{}}.check();
                          unused_selection_ = true;
                        });
     bind_step(arguments, "--scale", "X", "multiply the covariance by X", "[1e-12, 1e12]",
