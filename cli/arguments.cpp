@@ -256,8 +256,9 @@ void Arguments::option(const std::string& name, const std::string& value_name, s
 }
 
 void Arguments::sequence(const std::string& name, const std::string& value_name, const std::string& meaning,
-                         const std::string& range, std::function<void(const std::string&)> read) {
-  option(name, value_name, meaning, range, "", std::move(read));
+                         const std::string& range, const std::string& default_text,
+                         std::function<void(const std::string&)> read) {
+  option(name, value_name, meaning, range, default_text, std::move(read));
   Impl::Option& declared = impl_->options.back();
   declared.parsed->expected(1, std::numeric_limits<int>::max())->allow_extra_args(false);
   declared.in_values = false;

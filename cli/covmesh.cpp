@@ -44,11 +44,7 @@ SelectIndices parse_indices(const std::string& text) {
     const std::uint64_t first = parse_natural(field.substr(0, dash));
     const std::uint64_t last = dash == std::string::npos ? first : parse_natural(field.substr(dash + 1));
     if (last < first || last >= no_index) expected(what, text);
-    for (std::uint64_t v = first; v <= last; ++v) {
-      // A longer list than any mesh has vertices is not worth its memory.
-      if (v - first > 1u << 28) throw OptionError("expected a shorter range, got '" + field + "'");
-      selection.indices.push_back(static_cast<Index>(v));
-    }
+    selection.ranges.push_back({static_cast<Index>(first), static_cast<Index>(last)});
   }
   return selection;
 }
@@ -118,11 +114,11 @@ class Script {
   void bind(Arguments& arguments) {
     arguments.group("Steps, in the order in which they are given");
     arguments.sequence("--select", "SELECTION",
-                       "the vertices that the steps after it apply to: all (as at the beginning), a list of indices "
+                       "the vertices that the steps after it apply to: all, a list of indices "
                        "such as 3,7-9 counted from 0, box:X0,Y0,Z0,X1,Y1,Z1, the side plane:X,Y,Z,NX,NY,NZ of a plane "
                        "to which its normal points, or nearest:X,Y,Z or nearest:N:X,Y,Z, the one or N nearest to a "
                        "point",
-                       "", [this](const std::string& text) {
+                       "", "all", [this](const std::string& text) {
                          selection_ = parse_selection(text);
                          EditStep{selection_, ScaleCovariance{}}.check();
                          unused_selection_ = true;
@@ -168,7 +164,7 @@ class Script {
   template <class Parse>
   void bind_step(Arguments& arguments, const std::string& name, const std::string& value_name,
                  const std::string& meaning, const std::string& range, const Parse& parse) {
-    arguments.sequence(name, value_name, meaning, range, [this, name, parse](const std::string& text) {
+    arguments.sequence(name, value_name, meaning, range, "none", [this, name, parse](const std::string& text) {
       steps_.push_back({selection_, parse(text)});
       steps_.back().check();
       names_.push_back(name.substr(2));

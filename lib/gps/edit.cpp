@@ -54,7 +54,11 @@ void check_kernel(const char* field, const Sym3& kernel) {
 void check_selection(const VertexSelection& selection) {
   std::visit(Overloaded{[](const SelectAll&) {},
                         [](const SelectIndices& s) {
-                          if (s.indices.empty()) throw OptionError("select indices: is an empty list");
+                          if (s.ranges.empty()) throw OptionError("select indices: is an empty list");
+                          for (const auto& [first, last] : s.ranges)
+                            if (first > last)
+                              throw OptionError("select indices: " + std::to_string(first) + " is above " +
+                                                std::to_string(last));
                         },
                         [](const SelectBox& s) {
                           if (!(s.low.array() <= s.high.array()).all())
@@ -107,13 +111,18 @@ std::vector<Index> vertices_where(const Mixture& vertices, const Keep& keep) {
   return selected;
 }
 
-std::vector<Index> listed(const Mixture& vertices, std::vector<Index> indices) {
-  std::sort(indices.begin(), indices.end());
-  indices.erase(std::unique(indices.begin(), indices.end()), indices.end());
-  if (indices.back() >= vertices.size())
-    throw OptionError("select indices: there is no vertex " + std::to_string(indices.back()) + " among " +
-                      std::to_string(vertices.size()) + ", counted from 0");
-  return indices;
+std::vector<Index> listed(const Mixture& vertices, const SelectIndices& s) {
+  std::vector<char> in_list(vertices.size(), 0);
+  for (const auto& [first, last] : s.ranges) {
+    if (last >= vertices.size())
+      throw OptionError("select indices: there is no vertex " + std::to_string(last) + " among " +
+                        std::to_string(vertices.size()) + ", counted from 0");
+    std::fill(in_list.begin() + first, in_list.begin() + last + 1, 1);
+  }
+  std::vector<Index> selected;
+  for (Index v = 0; v < in_list.size(); ++v)
+    if (in_list[v] != 0) selected.push_back(v);
+  return selected;
 }
 
 std::vector<Index> nearest(const Mixture& vertices, const SelectNearest& s) {
@@ -227,7 +236,7 @@ std::vector<Index> selected_vertices(const Mixture& vertices, const VertexSelect
                    std::iota(all.begin(), all.end(), Index{0});
                    return all;
                  },
-                 [&](const SelectIndices& s) { return listed(vertices, s.indices); },
+                 [&](const SelectIndices& s) { return listed(vertices, s); },
                  [&](const SelectBox& s) {
                    return vertices_where(vertices, [&](const Vec3& p) {
                      return (p.array() >= s.low.array()).all() && (p.array() <= s.high.array()).all();

@@ -11,7 +11,10 @@ namespace gpsrecon {
 struct SelectAll {};
 
 struct SelectIndices {
-  std::vector<Index> indices;  ///< range: below the number of vertices; not empty
+  struct Range {
+    Index first, last;  ///< both included; first <= last < number of vertices
+  };
+  std::vector<Range> ranges;  ///< not empty; in any order, and they may overlap
 };
 
 struct SelectBox {

@@ -260,7 +260,8 @@ TEST(Edit, SelectionsAreThoseOfBruteForce) {
     }
     EXPECT_EQ(selected_vertices(mesh.vertices, near), order);
   }
-  EXPECT_EQ(selected_vertices(mesh.vertices, SelectIndices{{7, 3, 7, 0}}), (std::vector<Index>{0, 3, 7}));
+  EXPECT_EQ(selected_vertices(mesh.vertices, SelectIndices{{{7, 8}, {3, 3}, {8, 8}, {0, 0}, {2, 3}}}),
+            (std::vector<Index>{0, 2, 3, 7, 8}));
   EXPECT_EQ(selected_vertices(mesh.vertices, SelectAll{}).size(), means.size());
 }
 
@@ -274,8 +275,8 @@ TEST(Edit, BordersAndTiesAreDecided) {
 
 TEST(Edit, OnlyTheSelectionChanges) {
   const CovMesh mesh = test_mesh();
-  const Edit result =
-      edit(mesh, {{SelectIndices{{4, 9}}, ScaleCovariance{2}}, {SelectIndices{{9}}, ScaleCovariance{2}}});
+  const Edit result = edit(
+      mesh, {{SelectIndices{{{4, 4}, {9, 9}}}, ScaleCovariance{2}}, {SelectIndices{{{9, 9}}}, ScaleCovariance{2}}});
   EXPECT_EQ(result.steps[0].selected, 2u);
   EXPECT_EQ(result.steps[1].selected, 1u);
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
@@ -341,7 +342,8 @@ TEST(Edit, RefusesWhatMakesNoSense) {
   for (const double floor : {0.0, 2.0, nan})
     EXPECT_THAT(operation(SharpenCovariance{Sym3::identity(), floor}), HasSubstr("sharpen: floor: "));
   EXPECT_THAT(selection(SelectIndices{}), HasSubstr("step 2: select indices: "));
-  EXPECT_THAT(selection(SelectIndices{{3, static_cast<Index>(mesh.vertices.size())}}),
+  EXPECT_THAT(selection(SelectIndices{{{1, 2}, {5, 4}}}), HasSubstr("select indices: 5 is above 4"));
+  EXPECT_THAT(selection(SelectIndices{{{3, static_cast<Index>(mesh.vertices.size())}}}),
               HasSubstr("there is no vertex "));
   EXPECT_THAT(selection(SelectBox{{0, 0, 1}, {1, 1, 0}}), HasSubstr("select box: "));
   EXPECT_THAT(selection(SelectBox{{nan, 0, 0}, {1, 1, 0}}), HasSubstr("select box: "));
