@@ -1,7 +1,8 @@
 #!/usr/bin/python3
 """Reproduces the modelling figures of the paper on Gaussian-product subdivision surfaces, as pictures with numbers.
 
-    scripts/gps_figures.py [--program FILE] [--out FOLDER] [--work FOLDER] [--only 5,9,...]
+    scripts/gps_figures.py [--program FILE] [--out FOLDER] [--page FILE] [--work FOLDER] [--only 5,9,...]
+                           [--scheme catmull-clark|loop]
 
 Figures 5, 6, 7, 9, 10, 11 and 12 of Preiner et al. 2019, on shapes that the script makes itself; figure 7 needs
 meshes/tweety.off in the folder that the environment variable GPSRECON_DATA_DIR names, and is left out without it. All
@@ -15,6 +16,7 @@ Exit codes: 0 done, 2 usage, 3 a program failed.
 """
 
 import argparse
+import itertools
 import json
 import math
 import os
@@ -26,7 +28,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 LEVELS = 5  # of the surfaces that are drawn: finer than a pixel
-CATMULL_CLARK = ["--scheme", "catmull-clark"]
+SCHEMES = {"catmull-clark": "Catmull-Clark", "loop": "Loop"}
 COLORS = {"surface": (0.80, 0.74, 0.64), "linear": (0.62, 0.71, 0.80), "gaussian": (0.16, 0.38, 0.78),
           "wire": (0.25, 0.25, 0.25)}
 
@@ -42,10 +44,10 @@ def in_display():
 
 
 class Program:
-    """Runs gpsrecon in one folder, and remembers the commands."""
+    """Runs gpsrecon in one folder, and tells the commands. `scheme` is that of figures 5, 9, 11 and 12."""
 
-    def __init__(self, path, folder):
-        self.path, self.folder, self.commands = path, folder, []
+    def __init__(self, path, folder, scheme):
+        self.path, self.folder, self.scheme = path, folder, scheme
 
     def __call__(self, *words):
         words = [str(w) for w in words]
@@ -55,10 +57,21 @@ class Program:
             print(result.stderr, file=sys.stderr)
             sys.exit(3)
 
-    def surface(self, covmesh, scheme=(), levels=LEVELS, extra=()):
-        """The limit surface of a covariance mesh, as drawn."""
+    def control(self, name, positions, faces):
+        """Writes a control mesh, in triangles if the scheme needs them."""
+        write_obj(self.folder / name, positions, triangulated(positions, faces) if self.scheme == "loop" else faces)
+
+    def surface(self, covmesh, levels=LEVELS):
+        """The limit surface of a covariance mesh."""
+        return self.subdivide(covmesh, levels, "--scheme", self.scheme)
+
+    def loop_surface(self, covmesh, levels=LEVELS, *options):
+        """The same of a triangle mesh, whatever the scheme of the others."""
+        return self.subdivide(covmesh, levels, *options)
+
+    def subdivide(self, covmesh, levels, *options):
         out = f"{Path(covmesh).stem}.surface.ply"
-        self("subdivide", covmesh, out, "--levels", levels, *scheme, *extra)
+        self("subdivide", covmesh, out, "--levels", levels, *options)
         return read_ply(self.folder / out)
 
     def edited(self, covmesh, out, *steps):
@@ -154,6 +167,18 @@ def write_obj(path, positions, faces):
             file.write("f " + " ".join(str(v + 1) for v in face) + "\n")
 
 
+def triangulated(positions, faces):
+    """Quads split along their shorter diagonal, other polygons into fans."""
+    triangles = []
+    for face in faces:
+        start = 0
+        if len(face) == 4 and math.dist(positions[face[1]], positions[face[3]]) < math.dist(positions[face[0]], positions[face[2]]):
+            start = 1
+        turned = face[start:] + face[:start]
+        triangles += [(turned[0], turned[k], turned[k + 1]) for k in range(1, len(face) - 1)]
+    return triangles
+
+
 # ---- control meshes ----
 
 
@@ -242,8 +267,9 @@ def helix():
 
 
 def axe():
-    """Head and handle of quads, with a blade of three vertices, the last ones: its two cusps and the middle."""
-    head = [(-0.8, 0.55, 0.30), (0.2, 0.55, 0.30), (1.1, 0.70, 0.20)]  # x, half height, half width
+    """Head and handle of quads, and two triangles where the head ends in the two cusps of the blade, the last two
+    vertices."""
+    head = [(-0.8, 0.55, 0.30), (0.2, 0.55, 0.30), (1.1, 0.60, 0.20)]  # x, half height, half width
     positions, faces = [], []
     for x, h, w in head:
         positions += [(x, h, w), (x, h, -w), (x, -h, -w), (x, -h, w)]
@@ -261,11 +287,10 @@ def axe():
         faces += [(ring[k], ring[(k + 1) % 4], below[(k + 1) % 4], below[k]) for k in range(4)]
         ring = below
     faces.append(tuple(ring))
-    top = len(positions)
-    middle, bottom = top + 1, top + 2
-    positions += [(2.2, 1.35, 0.0), (2.5, 0.0, 0.0), (2.2, -1.35, 0.0)]
-    faces += [(at(2, 0), top, at(2, 1)), (at(2, 2), bottom, at(2, 3)), (at(2, 1), top, middle, bottom, at(2, 2)),
-              (at(2, 3), bottom, middle, top, at(2, 0))]
+    top, bottom = len(positions), len(positions) + 1
+    positions += [(2.3, 1.25, 0.0), (2.3, -1.25, 0.0)]
+    faces += [(at(2, 0), top, at(2, 1)), (at(2, 2), bottom, at(2, 3)), (at(2, 1), top, bottom, at(2, 2)),
+              (at(2, 3), bottom, top, at(2, 0))]
     return positions, faces
 
 
@@ -416,7 +441,7 @@ def draw(path, views, columns, size, direction, up, zoom=1.25, box=None):
     for view in views:
         everything += [view.surface.positions] if view.surface else []
         everything += [np.array(view.wire[0], float)] if view.wire else []
-    corners = np.concatenate(everything) if box is None else np.array(box, float)
+    corners = np.concatenate(everything) if box is None else np.array(list(itertools.product(*zip(*box))), float)
     low, high = corners.min(axis=0), corners.max(axis=0)
     center = 0.5 * (low + high)
     right = np.cross(up, direction)
@@ -480,9 +505,9 @@ def draw(path, views, columns, size, direction, up, zoom=1.25, box=None):
 
 
 def figure_5(run, out):
-    """Reflection lines on the linear and on the Gaussian-product Catmull-Clark surface of three crossing bars."""
+    """Reflection lines on the linear and on the Gaussian-product surface of three crossing bars."""
     positions, faces = jack()
-    write_obj(run.folder / "jack.obj", positions, faces)
+    run.control("jack.obj", positions, faces)
     run("infer", "jack.obj", "jack.ply")
     run.edited("jack.ply", "jack-linear.ply", "--set", 1)
     numbers = {}
@@ -490,14 +515,14 @@ def figure_5(run, out):
     for name in ("jack-linear", "jack"):
         turns = {}
         for level in (3, 4, 5, 6):
-            surfaces[name] = run.surface(name + ".ply", CATMULL_CLARK, level)
+            surfaces[name] = run.surface(name + ".ply", level)
             turns[level] = surfaces[name].largest_turn()
         numbers[name] = {"area": surfaces[name].area(), "volume": surfaces[name].volume(),
                          "largest_turn_degrees_by_level": turns}
     stripes = ((0.3, 1.0, 0.2), 7)
     views = [View("control mesh and Gaussians", wire=(positions, faces), gaussians=read_gaussians(run.folder / "jack.ply")),
-             View("Catmull-Clark", surfaces["jack-linear"], stripes=stripes),
-             View("Gaussian-product Catmull-Clark", surfaces["jack"], stripes=stripes)]
+             View(SCHEMES[run.scheme], surfaces["jack-linear"], stripes=stripes),
+             View("Gaussian-product " + SCHEMES[run.scheme], surfaces["jack"], stripes=stripes)]
     draw(out / "figure-5.png", views, 3, (340, 340), (0.75, 0.5, 1), (0, 1, 0), zoom=1.1)
     return numbers
 
@@ -515,7 +540,7 @@ def product_curve(a, b, count):
 
 def figure_6(run, out):
     """Two Gaussians and the curve between them, as their shapes change: (a) tangential variance down, (b) orthogonal
-    variance up, (c) orthogonal variance down. The curve is the edge of a surface that is the same for all z."""
+    variance up, (c) orthogonal variance down. The curve is an edge of a triangle with sharp corners: nothing else acts on it."""
     import matplotlib
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
@@ -525,8 +550,8 @@ def figure_6(run, out):
     along = [np.array((math.cos(slope), math.sin(slope), 0)), np.array((math.cos(slope), -math.sin(slope), 0))]
     mean = [np.array((-1.0, 0, 0)), np.array((1.0, 0, 0))]
     levels = 6
-    write_obj(run.folder / "strip.obj", [(-1, 0, 0), (1, 0, 0), (1, 0, 1), (-1, 0, 1)], [(0, 1, 2, 3)])
-    run("infer", "strip.obj", "strip.ply")
+    write_obj(run.folder / "two.obj", [(-1, 0, 0), (1, 0, 0), (0, 0, -1)], [(0, 1, 2)])
+    run("infer", "two.obj", "two.ply")
 
     def covariance(side, tangential, orthogonal):
         t = along[side]
@@ -545,9 +570,9 @@ def figure_6(run, out):
     for axis, (study, shapes) in zip(axes, studies.items()):
         for number, (tangential, orthogonal) in enumerate(shapes):
             c = [covariance(side, tangential, orthogonal) for side in (0, 1)]
-            name = f"strip-{study}{number}.ply"
-            run.edited("strip.ply", name, "--select", "0,3", "--set", word(c[0]), "--select", "1-2", "--set", word(c[1]))
-            surface = run.surface(name, CATMULL_CLARK, levels, ("--corners", "sharp"))
+            name = f"two-{study}{number}.ply"
+            run.edited("two.ply", name, "--select", 0, "--set", word(c[0]), "--select", 1, "--set", word(c[1]))
+            surface = run.loop_surface(name, levels, "--corners", "sharp")
             curve = surface.positions[np.abs(surface.positions[:, 2]) < 1e-6]
             curve = curve[np.argsort(curve[:, 0])]
             expected = product_curve((mean[0], c[0]), (mean[1], c[1]), 2 ** levels + 1)
@@ -592,7 +617,7 @@ def figure_7(run, out):
     for name in ("tweety-linear", "tweety"):
         rows = {}
         for level in (1, 2, 3, 4):
-            surface = surfaces[name] = run.surface(name + ".ply", (), level, ("--loop-weights", "warren"))
+            surface = surfaces[name] = run.loop_surface(name + ".ply", level, "--loop-weights", "warren")
             rows[level] = {"vertices": len(surface.positions), "area": surface.area(), "volume": surface.volume()}
         numbers[name] = rows
     lines = [line.split() for line in (run.folder / "tweety.obj").read_text().splitlines()]
@@ -608,46 +633,47 @@ def figure_9(run, out):
     """Surfaces of one cube with different covariances."""
     import numpy as np
     positions, faces = cube()
-    write_obj(run.folder / "cube.obj", positions, faces)
+    run.control("cube.obj", positions, faces)
     run("infer", "cube.obj", "cube.ply")
     ball = ["--set", 0.3]
 
     def along(directions, factor):
         """A step for each corner: its variance along a direction of its own, times a factor."""
         words = []
-        for k, d in enumerate(directions):
+        for k, d in directions.items():
             words += ["--select", k, "--flatten", f"{d[0]},{d[1]},{d[2]}:{factor}"]
         return words
 
-    outward = positions
-    sideways = [(x, 0, z) for x, y, z in positions]
-    around = [(z, 0, -x) for x, y, z in positions]
-    even, odd = "0,3,5,6", "1,2,4,7"  # the corners of the two tetrahedra in the cube
-    top, bottom = "plane:0,0,0,0,1,0", "plane:0,0,0,0,-1,0"
+    even = (0, 3, 5, 6)  # the corners of one of the two tetrahedra in the cube
+    at = lambda corners: ",".join(map(str, corners))
+    outward = dict(enumerate(positions))
+    sideways = {k: (x, 0, z) for k, (x, y, z) in outward.items()}
+    around = {k: (z, 0, -x) for k, (x, y, z) in outward.items()}
+    only = lambda directions, corners: {k: directions[k] for k in corners}
     shapes = {
         "one covariance for all": ["--set", "0.15,0.6,0.3"],
         "equal balls": ball,
-        "one small ball": ball + ["--select", 7, "--scale", 0.001],
-        "two small balls": ball + ["--select", "6,7", "--scale", 0.01],
-        "small balls, one tetrahedron": ball + ["--select", even, "--scale", 0.02],
-        "discs across diagonals": ball + along(outward, 0.15),
-        "needles along diagonals": ball + along(outward, 5),
+        "small balls, one tetrahedron": ball + ["--select", at(even), "--scale", 0.02],
+        "a needle": ball + ["--select", 7, "--scale", 0.02] + along(only(outward, [7]), 100),
+        "discs across diagonals": ball + along(outward, 0.2),
+        "discs, one tetrahedron": ball + along(only(outward, even), 0.15),
         "discs around the axis": ball + along(sideways, 0.02),
-        "discs through the axis": ball + along(around, 0.1),
-        "walls, a quarter turn apart": ball + ["--select", top, "--flatten", "1,0,0:0.03", "--select", bottom,
-                                               "--flatten", "0,0,1:0.03"],
+        "two discs, side by side": ball + ["--select", "3,6", "--flatten", "1,0,0:0.01"],
+        "ellipsoids, turned by column": ["--select", "0,2,5,7", "--set", "0.02,0.3,1", "--select", "1,3,4,6", "--set",
+                                         "1,0.3,0.02"],
+        "discs, half of them turned": ball + along(only(around, range(4)), 0.02) + along(only(sideways, range(4, 8)), 0.02),
     }
     numbers, views, first = {}, [], None
     for number, (caption, steps) in enumerate(shapes.items()):
         name = f"cube-{number}.ply"
         run.edited("cube.ply", name, *steps)
-        surface = run.surface(name, CATMULL_CLARK)
+        surface = run.surface(name)
         first = surface if first is None else first
         numbers[caption] = {"area": surface.area(), "volume": surface.volume(), "largest_turn_degrees": surface.largest_turn(),
                             "distance_to_first": float(np.abs(surface.positions - first.positions).max())}
         views.append(View(caption, surface, "linear" if number == 0 else "surface", (positions, faces),
                           read_gaussians(run.folder / name)))
-    draw(out / "figure-9.png", views, 5, (220, 240), (0.55, 0.45, 1), (0, 1, 0), zoom=1.3)
+    draw(out / "figure-9.png", views, 5, (220, 240), (0.55, 0.45, 1), (0, 1, 0), box=((-1.3,) * 3, (1.3,) * 3))
     return numbers
 
 
@@ -663,8 +689,8 @@ def figure_10(run, out):
     for number, (caption, covariance) in enumerate(apex.items()):
         name = f"cone-{number}.ply"
         run.edited("cone.ply", name, "--set", 0.1, "--select", 0, "--set", covariance)
-        surface = run.surface(name, (), LEVELS, ("--loop-weights", "warren"))
-        numbers[caption] = {"apex_y": float(surface.positions[0, 1]), "area": surface.area(), "top_y": float(surface.positions[:, 1].max())}
+        surface = run.loop_surface(name, LEVELS, "--loop-weights", "warren")
+        numbers[caption] = {"covariance": covariance, "apex_y": float(surface.positions[0, 1]), "area": surface.area()}
         views.append(View(caption, surface, "linear" if number == 0 else "surface", (positions, faces),
                           read_gaussians(run.folder / name), scale=2 if number < 4 else 1))
     draw(out / "figure-10.png", views, 5, (210, 240), (0.4, 0.35, 1), (0, 1, 0), zoom=1.15)
@@ -692,18 +718,18 @@ def helix_deviation(surface, angles):
 
 
 def figure_11(run, out):
-    """A helix with thin quads: its linear and its Gaussian-product Catmull-Clark surface."""
+    """A helix with thin quads: its linear and its Gaussian-product surface."""
     positions, faces, angles = helix()
-    write_obj(run.folder / "helix.obj", positions, faces)
+    run.control("helix.obj", positions, faces)
     run("infer", "helix.obj", "helix.ply", "--bias", 0.3)
     run.edited("helix.ply", "helix-linear.ply", "--set", 1)
     numbers, surfaces = {}, {}
     for name in ("helix-linear", "helix"):
-        surfaces[name] = run.surface(name + ".ply", CATMULL_CLARK, 4)
+        surfaces[name] = run.surface(name + ".ply", 4)
         numbers[name] = {"area": surfaces[name].area(), "volume": surfaces[name].volume(),
-                         **helix_deviation(run.surface(name + ".ply", CATMULL_CLARK, 3), angles)}
-    views = [View("control mesh", wire=(positions, faces)), View("Catmull-Clark", surfaces["helix-linear"], "linear"),
-             View("Gaussian-product Catmull-Clark", surfaces["helix"])]
+                         **helix_deviation(run.surface(name + ".ply", 3), angles)}
+    views = [View("control mesh", wire=(positions, faces)), View(SCHEMES[run.scheme], surfaces["helix-linear"], "linear"),
+             View("Gaussian-product " + SCHEMES[run.scheme], surfaces["helix"])]
     draw(out / "figure-11.png", views, 3, (320, 340), (1, 0.4, 0.55), (0, 0, 1), zoom=1.1)
     return numbers
 
@@ -723,17 +749,17 @@ def blade(surface, behind):
 def figure_12(run, out):
     """An axe: linear, with inferred Gaussians, and with its two cusps flattened along their smallest axes."""
     positions, faces = axe()
-    write_obj(run.folder / "axe.obj", positions, faces)
-    run("infer", "axe.obj", "axe.ply")
+    run.control("axe.obj", positions, faces)
+    run("infer", "axe.obj", "axe.ply", "--bias", 0.3)
     run.edited("axe.ply", "axe-linear.ply", "--set", 1)
     cusps = "nearest:2:2.3,0,0"
     run.edited("axe.ply", "axe-sharp.ply", "--select", cusps, "--flatten", "smallest:0.001")
     numbers, views = {}, [View("control mesh and Gaussians", wire=(positions, faces),
                                gaussians=read_gaussians(run.folder / "axe.ply"))]
-    for name, caption in (("axe-linear", "Catmull-Clark"), ("axe", "inferred Gaussians"), ("axe-sharp", "cusps flattened")):
-        surface = run.surface(name + ".ply", CATMULL_CLARK)
+    for name, caption in (("axe-linear", SCHEMES[run.scheme]), ("axe", "inferred Gaussians"), ("axe-sharp", "cusps flattened")):
+        surface = run.surface(name + ".ply")
         numbers[name] = {"area": surface.area(), "volume": surface.volume(), "largest_turn_degrees": surface.largest_turn(),
-                         **blade(run.surface(name + ".ply", CATMULL_CLARK, 6), (0.02, 0.05, 0.1, 0.2))}
+                         **blade(run.surface(name + ".ply", 6), (0.02, 0.05, 0.1, 0.2))}
         views.append(View(caption, surface, "linear" if name == "axe-linear" else "surface"))
     draw(out / "figure-12.png", views, 4, (250, 380), (0.75, 0.35, 1), (0, 1, 0), zoom=1.05)
     return numbers
@@ -742,11 +768,75 @@ def figure_12(run, out):
 FIGURES = {5: figure_5, 6: figure_6, 7: figure_7, 9: figure_9, 10: figure_10, 11: figure_11, 12: figure_12}
 
 
+# ---- the numbers as tables ----
+
+
+def table(header, rows):
+    lines = ["| " + " | ".join(header) + " |", "|" + "---|" * len(header)]
+    return lines + ["| " + " | ".join(row) + " |" for row in rows]
+
+
+def tables(figure, n, scheme):
+    """The numbers `n` of a figure as lines of Markdown."""
+    kinds = {"linear": SCHEMES[scheme], "gaussian": "Gaussian-product " + SCHEMES[scheme]}
+    if figure == 5:
+        levels = list(n["jack"]["largest_turn_degrees_by_level"])
+        return table(["largest turn of the normal along an edge at level", *map(str, levels), "area", "volume"],
+                     [[kinds[kind], *(f"{n[name]['largest_turn_degrees_by_level'][l]:.2f}°" for l in levels),
+                       f"{n[name]['area']:.3f}", f"{n[name]['volume']:.3f}"]
+                      for kind, name in (("linear", "jack-linear"), ("gaussian", "jack"))])
+    if figure == 6:
+        radius = lambda r: "straight" if r is None else f"{r:.5f}"
+        return table(["", "σ along", "σ across", "height of the curve", "radius of curvature in the middle", "distance to Eq. 5"],
+                     [[f"({key[0]})", str(v["tangential"]), str(v["orthogonal"]), f"{v['height']:.5f}", radius(v["middle_radius"]),
+                       f"{v['distance_to_equation_5']:.0e}"] for key, v in n.items()])
+    if figure == 7:
+        return table(["level", "vertices", "Loop volume", "Loop area", "GPS volume", "GPS area"],
+                     [[str(level), f"{v['vertices']:,}", f"{n['tweety-linear'][level]['volume']:.6f}",
+                       f"{n['tweety-linear'][level]['area']:.6f}", f"{v['volume']:.6f}", f"{v['area']:.6f}"]
+                      for level, v in n["tweety"].items()])
+    if figure == 9:
+        return table(["covariances", "area", "volume", "largest turn along an edge", "distance to the first"],
+                     [[key, f"{v['area']:.3f}", f"{v['volume']:.3f}", f"{v['largest_turn_degrees']:.1f}°",
+                       f"{v['distance_to_first']:.1g}"] for key, v in n.items()])
+    if figure == 10:
+        return table(["apex", "covariance of the apex", "y of the apex", "area"],
+                     [[key, f"`{v['covariance']}`", f"{v['apex_y']:.6f}", f"{v['area']:.4f}"] for key, v in n.items()])
+    if figure == 11:
+        return table(["", "mean radius of the tube", "standard deviation", "of the mean"],
+                     [[kinds[kind], f"{n[name]['mean_radius']:.4f}", f"{n[name]['deviation_of_radius']:.4f}",
+                       f"{100 * n[name]['deviation_of_radius'] / n[name]['mean_radius']:.1f} %"]
+                      for kind, name in (("linear", "helix-linear"), ("gaussian", "helix"))])
+    depths = list(n["axe"]["thickness"])
+    return table(["", "x of the edge", *(f"thickness {d} behind it" for d in depths), "volume"],
+                 [[caption, f"{n[name]['tip_x']:.3f}", *(f"{n[name]['thickness'][d]:.4f}" for d in depths), f"{n[name]['volume']:.3f}"]
+                  for name, caption in (("axe-linear", kinds["linear"]), ("axe", "inferred Gaussians"), ("axe-sharp", "cusps flattened"))])
+
+
+def update_page(page, numbers, scheme):
+    """Puts the tables between the lines <!-- numbers N --> and <!-- end --> of a Markdown file."""
+    lines, keep = [], True
+    for line in page.read_text().splitlines():
+        if line == "<!-- end -->":
+            keep = True
+        if keep:
+            lines.append(line)
+        if line.startswith("<!-- numbers "):
+            figure = int(line.split()[2])
+            if f"figure {figure}" in numbers:
+                lines += tables(figure, numbers[f"figure {figure}"], scheme)
+                keep = False
+    page.write_text("\n".join(lines) + "\n")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--program", type=Path, default=ROOT / "build/release/bin/gpsrecon", help="gpsrecon to use")
     parser.add_argument("--out", type=Path, default=ROOT / "docs/pictures/gps", help="folder for pictures and numbers")
+    parser.add_argument("--page", type=Path, help="Markdown file in which to update the tables, such as docs/gps.md")
     parser.add_argument("--work", type=Path, help="folder to keep meshes in; default: a temporary one")
+    parser.add_argument("--scheme", choices=SCHEMES, default="catmull-clark",
+                        help="of figures 5, 9, 11 and 12; loop splits their polygons into triangles")
     parser.add_argument("--only", default=",".join(map(str, FIGURES)), help="numbers of figures, separated by commas")
     arguments = parser.parse_args()
     try:
@@ -760,19 +850,21 @@ def main():
     in_display()
 
     arguments.out.mkdir(parents=True, exist_ok=True)
-    table = arguments.out / "numbers.json"
-    numbers = json.loads(table.read_text()) if table.exists() else {}
+    file = arguments.out / "numbers.json"
+    numbers = json.loads(file.read_text()) if file.exists() else {}
     with tempfile.TemporaryDirectory() as temporary:
         folder = arguments.work or Path(temporary)
         folder.mkdir(parents=True, exist_ok=True)
-        run = Program(arguments.program.resolve(), folder.resolve())
+        run = Program(arguments.program.resolve(), folder.resolve(), arguments.scheme)
         for number in wanted:
             print(f"figure {number}: {FIGURES[number].__doc__.splitlines()[0]}", flush=True)
             measured = FIGURES[number](run, arguments.out)
             if measured is not None:
-                numbers[f"figure {number}"] = measured
+                numbers[f"figure {number}"] = json.loads(json.dumps(measured))
     ordered = {f"figure {n}": numbers[f"figure {n}"] for n in FIGURES if f"figure {n}" in numbers}
-    table.write_text(json.dumps(ordered, indent=1) + "\n")
+    file.write_text(json.dumps(ordered, indent=1) + "\n")
+    if arguments.page:
+        update_page(arguments.page, ordered, arguments.scheme)
 
 
 if __name__ == "__main__":
