@@ -171,9 +171,8 @@ def triangulated(positions, faces):
     """Quads split along their shorter diagonal, other polygons into fans."""
     triangles = []
     for face in faces:
-        start = 0
-        if len(face) == 4 and math.dist(positions[face[1]], positions[face[3]]) < math.dist(positions[face[0]], positions[face[2]]):
-            start = 1
+        across = lambda i, j: math.dist(positions[face[i]], positions[face[j]])
+        start = 1 if len(face) == 4 and across(1, 3) < across(0, 2) else 0
         turned = face[start:] + face[:start]
         triangles += [(turned[0], turned[k], turned[k + 1]) for k in range(1, len(face) - 1)]
     return triangles
@@ -317,7 +316,6 @@ def draw(path, views, columns, size, direction, up, zoom=1.25, box=None):
     from vtkmodules.vtkCommonMath import vtkMatrix4x4
     from vtkmodules.vtkFiltersSources import vtkSphereSource
     from vtkmodules.vtkIOImage import vtkPNGWriter
-    from vtkmodules.vtkImagingColor import vtkImageQuantizeRGBToIndex  # noqa: F401
     from vtkmodules.vtkRenderingCore import (vtkActor, vtkLight, vtkPolyDataMapper, vtkRenderer, vtkRenderWindow,
                                              vtkTextActor, vtkWindowToImageFilter)
 
@@ -520,7 +518,8 @@ def figure_5(run, out):
         numbers[name] = {"area": surfaces[name].area(), "volume": surfaces[name].volume(),
                          "largest_turn_degrees_by_level": turns}
     stripes = ((0.3, 1.0, 0.2), 7)
-    views = [View("control mesh and Gaussians", wire=(positions, faces), gaussians=read_gaussians(run.folder / "jack.ply")),
+    views = [View("control mesh and Gaussians", wire=(positions, faces),
+                  gaussians=read_gaussians(run.folder / "jack.ply")),
              View(SCHEMES[run.scheme], surfaces["jack-linear"], stripes=stripes),
              View("Gaussian-product " + SCHEMES[run.scheme], surfaces["jack"], stripes=stripes)]
     draw(out / "figure-5.png", views, 3, (340, 340), (0.75, 0.5, 1), (0, 1, 0), zoom=1.1)
@@ -539,8 +538,11 @@ def product_curve(a, b, count):
 
 
 def figure_6(run, out):
-    """Two Gaussians and the curve between them, as their shapes change: (a) tangential variance down, (b) orthogonal
-    variance up, (c) orthogonal variance down. The curve is an edge of a triangle with sharp corners: nothing else acts on it."""
+    """Two Gaussians and the curve between them, as their shapes change.
+
+    (a) tangential variance down, (b) orthogonal variance up, (c) orthogonal variance down. The curve is an edge of a
+    triangle with sharp corners, on which nothing else acts.
+    """
     import matplotlib
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
@@ -556,7 +558,7 @@ def figure_6(run, out):
     def covariance(side, tangential, orthogonal):
         t = along[side]
         o = np.array((-t[1], t[0], 0))
-        return tangential ** 2 * np.outer(t, t) + orthogonal ** 2 * np.outer(o, o) + 0.25 * np.outer((0, 0, 1), (0, 0, 1))
+        return tangential ** 2 * np.outer(t, t) + orthogonal ** 2 * np.outer(o, o) + np.diag((0, 0, 0.25))
 
     def word(c):
         return ",".join(repr(float(x)) for x in (c[0, 0], c[0, 1], c[0, 2], c[1, 1], c[1, 2], c[2, 2]))
@@ -564,7 +566,8 @@ def figure_6(run, out):
     studies = {"a": [(0.9, 0.12), (0.45, 0.12), (0.22, 0.12), (0.12, 0.12)],
                "b": [(0.9, 0.12), (0.9, 0.24), (0.9, 0.42)],
                "c": [(0.9, 0.12), (0.9, 0.05), (0.9, 0.02)]}
-    titles = {"a": "(a) tangential variance down", "b": "(b) orthogonal variance up", "c": "(c) orthogonal variance down"}
+    titles = {"a": "(a) tangential variance down", "b": "(b) orthogonal variance up",
+              "c": "(c) orthogonal variance down"}
     numbers = {}
     figure, axes = plt.subplots(1, 3, figsize=(11, 3.6), dpi=90)
     for axis, (study, shapes) in zip(axes, studies.items()):
@@ -661,7 +664,8 @@ def figure_9(run, out):
         "two discs, side by side": ball + ["--select", "3,6", "--flatten", "1,0,0:0.01"],
         "ellipsoids, turned by column": ["--select", "0,2,5,7", "--set", "0.02,0.3,1", "--select", "1,3,4,6", "--set",
                                          "1,0.3,0.02"],
-        "discs, half of them turned": ball + along(only(around, range(4)), 0.02) + along(only(sideways, range(4, 8)), 0.02),
+        "discs, half of them turned": (ball + along(only(around, range(4)), 0.02)
+                                       + along(only(sideways, range(4, 8)), 0.02)),
     }
     numbers, views, first = {}, [], None
     for number, (caption, steps) in enumerate(shapes.items()):
@@ -669,7 +673,8 @@ def figure_9(run, out):
         run.edited("cube.ply", name, *steps)
         surface = run.surface(name)
         first = surface if first is None else first
-        numbers[caption] = {"area": surface.area(), "volume": surface.volume(), "largest_turn_degrees": surface.largest_turn(),
+        numbers[caption] = {"area": surface.area(), "volume": surface.volume(),
+                            "largest_turn_degrees": surface.largest_turn(),
                             "distance_to_first": float(np.abs(surface.positions - first.positions).max())}
         views.append(View(caption, surface, "linear" if number == 0 else "surface", (positions, faces),
                           read_gaussians(run.folder / name)))
@@ -698,23 +703,21 @@ def figure_10(run, out):
 
 
 def helix_deviation(surface, angles):
-    """Distance of the surface from the axis of the tube between the first and last quarter turn: mean and standard
-    deviation, and the largest turn of normals."""
+    """Distance of the surface from the axis of the tube, without the first and last quarter turn: mean and standard
+    deviation."""
     import numpy as np
     fine = np.linspace(angles[0], angles[-1], 20001)
-    axis = np.stack([HELIX["radius"] * np.cos(fine), HELIX["radius"] * np.sin(fine), HELIX["pitch"] * fine / (2 * np.pi)], axis=1)
-    distance, nearest = np.empty(len(surface.positions)), np.empty(len(surface.positions))
-    for begin in range(0, len(surface.positions), 500):
-        d = np.linalg.norm(surface.positions[begin:begin + 500, None, :] - axis[None, ::20, :], axis=2)
-        k = d.argmin(axis=1)
-        # The foot point to second order between the samples.
-        for i, j in enumerate(k):
-            window = axis[max(0, 20 * j - 20):20 * j + 21]
-            dd = np.linalg.norm(window - surface.positions[begin + i], axis=1)
-            distance[begin + i] = dd.min()
-            nearest[begin + i] = fine[max(0, 20 * j - 20) + dd.argmin()]
-    inner = (nearest > angles[0] + np.pi / 2) & (nearest < angles[-1] - np.pi / 2)
-    return {"mean_radius": float(distance[inner].mean()), "deviation_of_radius": float(distance[inner].std())}
+    axis = np.array([helix_point(angle) for angle in fine])
+    coarse = axis[::20]
+    distances = []
+    for p in surface.positions:
+        near = 20 * np.linalg.norm(coarse - p, axis=1).argmin()
+        first = max(0, near - 20)
+        distance = np.linalg.norm(axis[first:near + 21] - p, axis=1)
+        foot = fine[first + distance.argmin()]
+        if angles[0] + np.pi / 2 < foot < angles[-1] - np.pi / 2:
+            distances.append(distance.min())
+    return {"mean_radius": float(np.mean(distances)), "deviation_of_radius": float(np.std(distances))}
 
 
 def figure_11(run, out):
@@ -728,7 +731,8 @@ def figure_11(run, out):
         surfaces[name] = run.surface(name + ".ply", 4)
         numbers[name] = {"area": surfaces[name].area(), "volume": surfaces[name].volume(),
                          **helix_deviation(run.surface(name + ".ply", 3), angles)}
-    views = [View("control mesh", wire=(positions, faces)), View(SCHEMES[run.scheme], surfaces["helix-linear"], "linear"),
+    views = [View("control mesh", wire=(positions, faces)),
+             View(SCHEMES[run.scheme], surfaces["helix-linear"], "linear"),
              View("Gaussian-product " + SCHEMES[run.scheme], surfaces["helix"])]
     draw(out / "figure-11.png", views, 3, (320, 340), (1, 0.4, 0.55), (0, 0, 1), zoom=1.1)
     return numbers
@@ -756,9 +760,11 @@ def figure_12(run, out):
     run.edited("axe.ply", "axe-sharp.ply", "--select", cusps, "--flatten", "smallest:0.001")
     numbers, views = {}, [View("control mesh and Gaussians", wire=(positions, faces),
                                gaussians=read_gaussians(run.folder / "axe.ply"))]
-    for name, caption in (("axe-linear", SCHEMES[run.scheme]), ("axe", "inferred Gaussians"), ("axe-sharp", "cusps flattened")):
+    for name, caption in (("axe-linear", SCHEMES[run.scheme]), ("axe", "inferred Gaussians"),
+                          ("axe-sharp", "cusps flattened")):
         surface = run.surface(name + ".ply")
-        numbers[name] = {"area": surface.area(), "volume": surface.volume(), "largest_turn_degrees": surface.largest_turn(),
+        numbers[name] = {"area": surface.area(), "volume": surface.volume(),
+                         "largest_turn_degrees": surface.largest_turn(),
                          **blade(run.surface(name + ".ply", 6), (0.02, 0.05, 0.1, 0.2))}
         views.append(View(caption, surface, "linear" if name == "axe-linear" else "surface"))
     draw(out / "figure-12.png", views, 4, (250, 380), (0.75, 0.35, 1), (0, 1, 0), zoom=1.05)
@@ -787,9 +793,10 @@ def tables(figure, n, scheme):
                       for kind, name in (("linear", "jack-linear"), ("gaussian", "jack"))])
     if figure == 6:
         radius = lambda r: "straight" if r is None else f"{r:.5f}"
-        return table(["", "σ along", "σ across", "height of the curve", "radius of curvature in the middle", "distance to Eq. 5"],
-                     [[f"({key[0]})", str(v["tangential"]), str(v["orthogonal"]), f"{v['height']:.5f}", radius(v["middle_radius"]),
-                       f"{v['distance_to_equation_5']:.0e}"] for key, v in n.items()])
+        return table(["", "σ along", "σ across", "height of the curve", "radius of curvature in the middle",
+                      "distance to Eq. 5"],
+                     [[f"({key[0]})", str(v["tangential"]), str(v["orthogonal"]), f"{v['height']:.5f}",
+                       radius(v["middle_radius"]), f"{v['distance_to_equation_5']:.0e}"] for key, v in n.items()])
     if figure == 7:
         return table(["level", "vertices", "Loop volume", "Loop area", "GPS volume", "GPS area"],
                      [[str(level), f"{v['vertices']:,}", f"{n['tweety-linear'][level]['volume']:.6f}",
@@ -808,9 +815,10 @@ def tables(figure, n, scheme):
                        f"{100 * n[name]['deviation_of_radius'] / n[name]['mean_radius']:.1f} %"]
                       for kind, name in (("linear", "helix-linear"), ("gaussian", "helix"))])
     depths = list(n["axe"]["thickness"])
+    names = {"axe-linear": kinds["linear"], "axe": "inferred Gaussians", "axe-sharp": "cusps flattened"}
     return table(["", "x of the edge", *(f"thickness {d} behind it" for d in depths), "volume"],
-                 [[caption, f"{n[name]['tip_x']:.3f}", *(f"{n[name]['thickness'][d]:.4f}" for d in depths), f"{n[name]['volume']:.3f}"]
-                  for name, caption in (("axe-linear", kinds["linear"]), ("axe", "inferred Gaussians"), ("axe-sharp", "cusps flattened"))])
+                 [[caption, f"{n[name]['tip_x']:.3f}", *(f"{n[name]['thickness'][d]:.4f}" for d in depths),
+                   f"{n[name]['volume']:.3f}"] for name, caption in names.items()])
 
 
 def update_page(page, numbers, scheme):
