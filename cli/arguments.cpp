@@ -8,6 +8,7 @@
 #include <cmath>
 #include <fstream>
 #include <iostream>
+#include <limits>
 #include <map>
 #include <sstream>
 
@@ -155,6 +156,7 @@ struct Arguments::Impl {
     std::string text;  ///< as given, or what --help calls the default
     bool in_values;
     bool configurable = true;
+    bool repeatable = false;
 
     void apply(const std::string& given) {
       read(given);
@@ -174,6 +176,7 @@ struct Arguments::Impl {
   std::string config;
 
   void apply_values();
+  void apply_sequences();
 };
 
 Arguments::Arguments(std::string command, std::string summary, std::vector<std::string> words)
@@ -252,6 +255,17 @@ void Arguments::option(const std::string& name, const std::string& value_name, s
   });
 }
 
+void Arguments::sequence(const std::string& name, const std::string& value_name, const std::string& meaning,
+                         const std::string& range, const std::string& default_text,
+                         std::function<void(const std::string&)> read) {
+  option(name, value_name, meaning, range, default_text, std::move(read));
+  Impl::Option& declared = impl_->options.back();
+  declared.parsed->expected(1, std::numeric_limits<int>::max())->allow_extra_args(false);
+  declared.in_values = false;
+  declared.configurable = false;
+  declared.repeatable = true;
+}
+
 void Arguments::flag(const std::string& name, const std::string& meaning, std::function<void()> when_given) {
   impl_->options.push_back({.group = impl_->current_group,
                             .name = name,
@@ -304,6 +318,7 @@ void Arguments::Impl::apply_values() {
   if (const CLI::Option* given = find("--config").parsed; given->count() > 0)
     from_file = read_config(given->results().back());
   for (Option& option : options) {
+    if (option.repeatable) continue;
     const bool on_line = option.parsed->count() > 0;
     const auto in_file = from_file.find(option.name.substr(2));
     const bool from_config = in_file != from_file.end() && option.configurable;
@@ -317,7 +332,23 @@ void Arguments::Impl::apply_values() {
     }
     if (from_config) from_file.erase(in_file);
   }
+  apply_sequences();
   for (const auto& [name, value] : from_file) throw OptionError(value.place + ": unknown option " + in_quotes(name));
+}
+
+/// The options of sequence(), each time it was given, in the order of the command line.
+void Arguments::Impl::apply_sequences() {
+  std::map<const CLI::Option*, std::size_t> used;
+  for (const CLI::Option* parsed : app.parse_order()) {
+    const auto option = std::find_if(options.begin(), options.end(),
+                                     [&](const Option& o) { return o.parsed == parsed && o.repeatable; });
+    if (option == options.end()) continue;
+    try {
+      option->read(parsed->results().at(used[parsed]++));
+    } catch (const OptionError& error) {
+      throw OptionError(option->name + ": " + error.what());
+    }
+  }
 }
 
 GlobalOptions Arguments::parse() {

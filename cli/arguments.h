@@ -77,6 +77,11 @@ class Arguments {
       throw_unexpected(text, "one of " + names);
     });
   }
+  /// An option that may be given any number of times, for commands in which the order of such options counts: `read`
+  /// is called for each, in the order of the command line. Not for configuration files, and not among values().
+  void sequence(const std::string& name, const std::string& value_name, const std::string& meaning,
+                const std::string& range, const std::string& default_text,
+                std::function<void(const std::string&)> read);
   /// An option without a value, by default off.
   void flag(const std::string& name, bool& value, const std::string& meaning);
   void flag(const std::string& name, const std::string& meaning, std::function<void()> when_given);

@@ -96,7 +96,7 @@ ExitCode run_chain(Arguments& arguments) {
   arguments.positional("IN", files.in,
                        "points (ply, xyz, pcd), also a mesh, whose vertices are taken; a mixture or a covariance mesh "
                        "enters the chain at its stage (- is standard input)");
-  arguments.positional("OUT", files.out, "mesh (ply, obj, off, stl; - is standard output)");
+  arguments.positional("OUT", files.out, "mesh (ply, obj, off, stl, glb; - is standard output)");
   bind_scale(arguments, options.scale);
   bind_attributes(arguments, attributes);
   bind_hem(arguments, options);

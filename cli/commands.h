@@ -13,6 +13,8 @@ ExitCode run_mixture(Arguments& arguments);
 ExitCode run_normals(Arguments& arguments);
 ExitCode run_triangulate(Arguments& arguments);
 ExitCode run_fit(Arguments& arguments);
+ExitCode run_infer(Arguments& arguments);
+ExitCode run_covmesh(Arguments& arguments);
 ExitCode run_subdivide(Arguments& arguments);
 ExitCode run_compare(Arguments& arguments);
 ExitCode run_scan(Arguments& arguments);

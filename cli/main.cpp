@@ -19,11 +19,13 @@ struct Command {
   ExitCode (*run)(Arguments& arguments);
 };
 
-constexpr std::array<Command, 8> commands{{
+constexpr std::array<Command, 10> commands{{
     {"mixture", "Reduces points to a Gaussian mixture.", run_mixture},
     {"normals", "Gives points robust, oriented normals.", run_normals},
     {"triangulate", "Connects the Gaussians of a mixture to a covariance mesh.", run_triangulate},
     {"fit", "Moves a covariance mesh so that its surface runs through the points.", run_fit},
+    {"infer", "Gives an ordinary mesh covariances: a covariance mesh.", run_infer},
+    {"covmesh", "Models with the covariances of a covariance mesh.", run_covmesh},
     {"subdivide", "Refines a covariance mesh to a smooth mesh.", run_subdivide},
     {"compare", "Measures how far a mesh and a reference (a mesh or points) are apart.", run_compare},
     {"scan", "Makes a virtual scan of a mesh or of an analytic shape.", run_scan},

@@ -24,7 +24,7 @@ ExitCode run_mixture(Arguments& arguments) {
                  "planes through their neighbours");
   arguments.group("Output", false);
   arguments.option("--ellipsoids", "FILE", ellipsoids,
-                   "write the Gaussians as a mesh of ellipsoids too, to look at (ply, obj, off, stl)", "", "none");
+                   "write the Gaussians as a mesh of ellipsoids too, to look at (ply, obj, off, stl, glb)", "", "none");
   arguments.option("--ellipsoid-scale", "X", ellipsoid_options.scale, "half axes in standard deviations", "> 0");
   bind_encoding(arguments, encoding);
   const GlobalOptions globals = arguments.parse();

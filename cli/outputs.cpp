@@ -37,6 +37,13 @@ std::string temporary_for(const std::string& target, std::size_t number) {
   return (path.parent_path() / name).string();
 }
 
+std::string lower_extension(const std::string& path) {
+  std::string extension = fs::path(path).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return std::tolower(c); });
+  return extension;
+}
+
 }  // namespace
 
 Outputs::Outputs(const GlobalOptions& options, const std::vector<std::string>& inputs) {
@@ -101,10 +108,13 @@ void Outputs::commit(const RunContext& context) {
   created_folder_.clear();
 }
 
+bool is_mesh_only(const std::string& path) {
+  const std::string extension = lower_extension(path);
+  return extension == ".obj" || extension == ".off" || extension == ".stl" || extension == ".glb";
+}
+
 void warn_of_losses(const Mesh& mesh, const std::string& path, const Console& console) {
-  std::string extension = fs::path(path).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return std::tolower(c); });
+  const std::string extension = lower_extension(path);
   if (path == "-" || extension == ".ply") return;
   std::string lost = extension == ".stl" && !mesh.colors.empty() ? " colours" : "";
   if (!mesh.covariances.empty()) lost += " covariances";

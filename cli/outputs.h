@@ -54,6 +54,9 @@ class Outputs {
   std::string created_folder_;
 };
 
+/// True if the extension is that of a format of meshes that has no place for Gaussians.
+bool is_mesh_only(const std::string& path);
+
 /// Warns if the format of `path` has no place for colours or scalars that the mesh has.
 void warn_of_losses(const Mesh& mesh, const std::string& path, const Console& console);
 

@@ -151,7 +151,8 @@ ExitCode run_scan(Arguments& arguments) {
                             {{"none", Normals::none}, {"surface", Normals::surface}, {"sensor", Normals::sensor}},
                             "write as normals those of the surface, or the directions to the camera");
   arguments.flag("--sensors", files.sensors, "write where the camera of each point stood");
-  arguments.option("--truth", "FILE", files.truth, "write the scanned surface (ply, obj, off, stl), too", "", "none");
+  arguments.option("--truth", "FILE", files.truth, "write the scanned surface (ply, obj, off, stl, glb), too", "",
+                   "none");
   arguments.option("--truth-tolerance-rel", "X", files.truth_tolerance_rel,
                    "largest distance between a shape and the triangles written for it, as a share of the diagonal",
                    "[1e-7, 0.01]");

@@ -13,7 +13,7 @@ ExitCode run_subdivide(Arguments& arguments) {
   ReconstructOptions options;
   PlyEncoding encoding = PlyEncoding::binary;
   arguments.positional("COVMESH", in, "covariance mesh (ply; - is standard input)");
-  arguments.positional("OUT", out, "mesh (ply, obj, off, stl; - is standard output)");
+  arguments.positional("OUT", out, "mesh (ply, obj, off, stl, glb; - is standard output)");
   bind_subdivide(arguments, options);
   bind_scale(arguments, options.scale);
   arguments.option("--points", "FILE", points_file,

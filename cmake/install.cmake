@@ -23,6 +23,7 @@ set(GPSRECON_PUBLIC_HEADERS
   core/vec.h
   fit/fit.h
   gps/evaluate.h
+  gps/edit.h
   gps/infer.h
   gps/subdivide.h
   hem/hem.h

@@ -9,21 +9,37 @@ namespace {
 
 /// A face counts as degenerate when it is this much narrower (in variance) than long.
 constexpr double degenerate_ratio = 1e-14;
+/// The smallest relative bias, which an absolute one does not go below either.
+constexpr double min_bias = 1e-9;
+
+/// σ0² I of Eq. 15 and 17, as a multiple of the largest eigenvalue or in squares of the unit of the positions.
+struct Bias {
+  double relative, absolute;
+
+  Sym3 added_to(const Sym3& covariance) const {
+    // Needs the largest eigenvalue in full: flat, round neighbourhoods are common, and there closed formulas lose half
+    // of the digits.
+    const double largest = eigen_decomposition(covariance).values[2];
+    return covariance + Sym3::identity(std::max(relative * largest, absolute));
+  }
+};
+
+Bias bias_of(const InferOptions& options, const Frame& frame) {
+  if (options.sigma0 == 0) return {options.bias, 0};
+  const double sigma0 = std::ldexp(options.sigma0, -frame.exponent);
+  return {min_bias, sigma0 * sigma0};
+}
 
 /// Population covariance of the corners of a face.
 Sym3 corner_covariance(std::span<const Index> face, const std::vector<Vec3>& positions) {
+  // Offsets from one of the corners are exact far from the origin, too.
+  const Vec3& first = positions[face[0]];
   Vec3 mean = Vec3::Zero();
-  for (const Index v : face) mean += positions[v];
+  for (const Index v : face) mean += positions[v] - first;
   mean /= static_cast<double>(face.size());
   Sym3 covariance;
-  for (const Index v : face) covariance += Sym3::outer(positions[v] - mean);
+  for (const Index v : face) covariance += Sym3::outer(positions[v] - first - mean);
   return covariance * (1 / static_cast<double>(face.size()));
-}
-
-/// Needs the largest eigenvalue in full: flat, round neighbourhoods are common, and there closed formulas lose half of
-/// the digits.
-Sym3 biased(const Sym3& covariance, double bias) {
-  return covariance + Sym3::identity(bias * eigen_decomposition(covariance).values[2]);
 }
 
 bool is_degenerate(const Sym3& covariance) {
@@ -33,10 +49,10 @@ bool is_degenerate(const Sym3& covariance) {
 
 /// Eq. 16 and 17: Σ = (Σ_j Σ_Δj⁻¹)⁻¹ over the faces j at a vertex; zero where there is none.
 std::vector<Sym3> from_faces(const Mesh& mesh, const std::vector<Sym3>& face_covariances,
-                             const std::vector<char>& degenerate, double bias, const RunContext& context) {
+                             const std::vector<char>& degenerate, const Bias& bias, const RunContext& context) {
   std::vector<Sym3> face_precisions(mesh.faces.size());
   parallel_for(mesh.faces.size(), context, [&](std::size_t f) {
-    if (!degenerate[f]) face_precisions[f] = Cholesky3(biased(face_covariances[f], bias)).inverse();
+    if (!degenerate[f]) face_precisions[f] = Cholesky3(bias.added_to(face_covariances[f])).inverse();
   });
   std::vector<Sym3> sums(mesh.positions.size());
   for (std::size_t f = 0; f < mesh.faces.size(); ++f)
@@ -48,7 +64,7 @@ std::vector<Sym3> from_faces(const Mesh& mesh, const std::vector<Sym3>& face_cov
 }
 
 /// Eq. 15: population covariance of a vertex and its neighbours; zero where the vertex is in no proper face.
-std::vector<Sym3> from_neighbors(const Mesh& mesh, const std::vector<char>& degenerate, double bias,
+std::vector<Sym3> from_neighbors(const Mesh& mesh, const std::vector<char>& degenerate, const Bias& bias,
                                  const RunContext& context) {
   // Sums of the offsets to the neighbours: the vertex itself contributes a zero to each of them.
   struct Moments {
@@ -75,28 +91,87 @@ std::vector<Sym3> from_neighbors(const Mesh& mesh, const std::vector<char>& dege
   std::vector<Sym3> covariances(moments.size());
   parallel_for(moments.size(), context, [&](std::size_t v) {
     const Moments& m = moments[v];
-    if (m.proper) covariances[v] = biased(m.squares * (1 / m.count) - Sym3::outer(m.sum / m.count), bias);
+    if (m.proper) covariances[v] = bias.added_to(m.squares * (1 / m.count) - Sym3::outer(m.sum / m.count));
   });
   return covariances;
 }
 
+bool is_known(const Sym3& covariance) {
+  return covariance.trace() > 0;
+}
+
+/// The neighbours of every vertex whose covariance is not known.
+std::vector<std::vector<Index>> neighbors_of_unknown(const FaceList& faces, const std::vector<Sym3>& covariances) {
+  std::vector<std::vector<Index>> neighbors(covariances.size());
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    const auto face = faces[f];
+    for (std::size_t k = 0; k < face.size(); ++k) {
+      const Index a = face[k], b = face[(k + 1) % face.size()];
+      if (!is_known(covariances[a])) neighbors[a].push_back(b);
+      if (!is_known(covariances[b])) neighbors[b].push_back(a);
+    }
+  }
+  for (std::vector<Index>& list : neighbors) {
+    std::sort(list.begin(), list.end());
+    list.erase(std::unique(list.begin(), list.end()), list.end());
+  }
+  return neighbors;
+}
+
+/// Gives vertices amid degenerate faces the mean precision of their neighbours, ring by ring from the outside: as Eq.
+/// 16 does with faces, but for the number of them, so that they weigh as much as their neighbours.
+void fill_from_neighbors(const FaceList& faces, std::vector<Sym3>& covariances) {
+  const std::vector<std::vector<Index>> neighbors = neighbors_of_unknown(faces, covariances);
+  std::vector<Index> ring;
+  for (Index v = 0; v < neighbors.size(); ++v)
+    if (std::any_of(neighbors[v].begin(), neighbors[v].end(), [&](Index n) { return is_known(covariances[n]); }))
+      ring.push_back(v);
+  while (!ring.empty()) {
+    std::vector<Sym3> filled(ring.size());
+    std::vector<Index> next;
+    for (std::size_t i = 0; i < ring.size(); ++i) {
+      Sym3 precision;
+      double count = 0;
+      for (const Index n : neighbors[ring[i]]) {
+        if (!is_known(covariances[n])) {
+          next.push_back(n);
+          continue;
+        }
+        precision += Cholesky3(covariances[n]).inverse();
+        ++count;
+      }
+      filled[i] = Cholesky3(precision * (1 / count)).inverse();
+    }
+    for (std::size_t i = 0; i < ring.size(); ++i) covariances[ring[i]] = filled[i];
+    std::sort(next.begin(), next.end());
+    next.erase(std::unique(next.begin(), next.end()), next.end());
+    std::erase_if(next, [&](Index v) { return is_known(covariances[v]); });
+    ring = std::move(next);
+  }
+}
+
 /// Fills the zero covariances; returns how many there were.
-std::size_t fill_missing(std::vector<Sym3>& covariances) {
+std::size_t fill_missing(const FaceList& faces, std::vector<Sym3>& covariances) {
   std::vector<double> traces;
   for (const Sym3& covariance : covariances)
-    if (covariance.trace() > 0) traces.push_back(covariance.trace());
+    if (is_known(covariance)) traces.push_back(covariance.trace());
   if (traces.empty()) throw NoSurfaceError("infer: the mesh has no face with an area");
+  const std::size_t missing = covariances.size() - traces.size();
+  if (missing == 0) return 0;
+  fill_from_neighbors(faces, covariances);
   const auto median = traces.begin() + static_cast<std::ptrdiff_t>(traces.size() / 2);
   std::nth_element(traces.begin(), median, traces.end());
   for (Sym3& covariance : covariances)
-    if (!(covariance.trace() > 0)) covariance = Sym3::identity(*median / 3);
-  return covariances.size() - traces.size();
+    if (!is_known(covariance)) covariance = Sym3::identity(*median / 3);
+  return missing;
 }
 
 }  // namespace
 
 void InferOptions::check() const {
   if (!(bias >= 1e-9 && bias <= 1e3)) throw OptionError("bias: " + std::to_string(bias) + " is not in [1e-9, 1000]");
+  if (sigma0 != 0 && !(sigma0 >= 1e-100 && sigma0 <= 1e100))
+    throw OptionError("sigma0: " + std::to_string(sigma0) + " is neither 0 nor in [1e-100, 1e100]");
 }
 
 Inference infer_covariances(const Mesh& mesh, const InferOptions& options, const RunContext& context) {
@@ -109,13 +184,16 @@ Inference infer_covariances(const Mesh& mesh, const InferOptions& options, const
     degenerate[f] = is_degenerate(face_covariances[f]) ? 1 : 0;
   });
 
+  const Bias bias = bias_of(options, mesh.frame);
   Inference result;
   result.degenerate_faces = static_cast<std::size_t>(std::count(degenerate.begin(), degenerate.end(), 1));
   Mixture& vertices = result.mesh.vertices;
   vertices.covariances = options.method == InferMethod::face
-                             ? from_faces(mesh, face_covariances, degenerate, options.bias, context)
-                             : from_neighbors(mesh, degenerate, options.bias, context);
-  result.vertices_without_neighborhood = fill_missing(vertices.covariances);
+                             ? from_faces(mesh, face_covariances, degenerate, bias, context)
+                             : from_neighbors(mesh, degenerate, bias, context);
+  result.vertices_without_neighborhood = fill_missing(mesh.faces, vertices.covariances);
+  // Sums over many and very unlike faces may exceed what one face's bias allows for.
+  for (Sym3& covariance : vertices.covariances) covariance = floor_eigenvalues(covariance, min_eigenvalue_ratio);
   vertices.means = mesh.positions;
   vertices.weights.assign(mesh.positions.size(), 1);
   vertices.colors = mesh.colors;

@@ -35,6 +35,11 @@ void write_off(const Mesh& mesh, const std::string& path);
 void write_obj(const Mesh& mesh, const std::string& path);
 /// Polygons are split into fans of triangles; positions are rounded to float, which is all that STL holds.
 void write_stl(const Mesh& mesh, const std::string& path);
+/// glTF 2.0, binary: positions, normals, and colours (as the linear ones of that format) of one node, triangles, or
+/// points if there are no faces. Quads are split along the shorter diagonal, larger polygons into fans. Positions are
+/// `float`; where rounding to float would move a vertex by more than 1e-6 of the diagonal of the bounding box, its
+/// centre becomes the translation of the node.
+void write_glb(const Mesh& mesh, const std::string& path);
 
 PointCloud read_pcd(const InputFile& file);
 

@@ -25,7 +25,7 @@ namespace {
 
 using io::InputFile;
 
-enum class Format { ply, xyz, pcd, off, obj, stl, foreign, unknown };
+enum class Format { ply, xyz, pcd, off, obj, stl, glb, foreign, unknown };
 
 struct Extension {
   std::string_view name;
@@ -35,9 +35,10 @@ constexpr std::array extensions{
     Extension{"ply", Format::ply}, Extension{"xyz", Format::xyz}, Extension{"txt", Format::xyz},
     Extension{"asc", Format::xyz}, Extension{"csv", Format::xyz}, Extension{"pcd", Format::pcd},
     Extension{"off", Format::off}, Extension{"obj", Format::obj}, Extension{"stl", Format::stl},
+    Extension{"glb", Format::glb},
 };
 
-// Formats that are met in practice and are not read, with what converts them.
+// Formats that are met in practice and are not read (though one is written), with what converts them.
 struct ForeignFormat {
   std::string_view extension;
   const char* advice;
@@ -86,11 +87,15 @@ Format format_of(const std::string& path) {
   return foreign_format(path) != nullptr ? Format::foreign : Format::unknown;
 }
 
+bool is_never_read(Format format) {
+  return format == Format::foreign || format == Format::glb;
+}
+
 // Files of no known extension may still be PLY files.
 Format input_format(const InputFile& file) {
   const Format format = format_of(file.path());
   if (format == Format::unknown && io::is_ply(file)) return Format::ply;
-  if (format == Format::foreign) file.fail(foreign_format(file.path())->advice);
+  if (is_never_read(format)) file.fail(foreign_format(file.path())->advice);
   if (format == Format::unknown) file.fail(supported);
   return format;
 }
@@ -101,7 +106,7 @@ InputFile open_input(const std::string& path) {
   constexpr std::size_t magic_bytes = 16;
   const Format format = format_of(path);
   std::error_code ignored;
-  if ((format == Format::foreign || format == Format::unknown) && std::filesystem::is_regular_file(path, ignored))
+  if ((is_never_read(format) || format == Format::unknown) && std::filesystem::is_regular_file(path, ignored))
     input_format(InputFile(path, magic_bytes));
   return InputFile(path);
 }
@@ -144,9 +149,16 @@ void require_ply_name(const std::string& path) {
 }
 
 void require_mesh_name(const std::string& path) {
-  const Format format = format_of(path);
-  if (format != Format::ply && format != Format::off && format != Format::obj && format != Format::stl)
-    throw OutputError(path + ": expected a name with the extension .ply, .off, .obj or .stl");
+  switch (format_of(path)) {
+    case Format::ply:
+    case Format::off:
+    case Format::obj:
+    case Format::stl:
+    case Format::glb:
+      return;
+    default:
+      throw OutputError(path + ": expected a name with the extension .ply, .off, .obj, .stl or .glb");
+  }
 }
 
 }  // namespace
@@ -220,6 +232,8 @@ void write_mesh(const Mesh& mesh, const std::string& path, PlyEncoding encoding)
       return io::write_obj(mesh, path);
     case Format::stl:
       return io::write_stl(mesh, path);
+    case Format::glb:
+      return io::write_glb(mesh, path);
     default:
       return io::write_ply(mesh, path, encoding);
   }

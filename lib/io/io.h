@@ -51,9 +51,10 @@ void write_points(const PointCloud& cloud, const std::string& path, PlyEncoding 
 void write_mixture(const Mixture& mixture, const std::string& path, PlyEncoding encoding = PlyEncoding::binary);
 void write_covmesh(const CovMesh& mesh, const std::string& path, PlyEncoding encoding = PlyEncoding::binary);
 
-/// PLY, OFF, OBJ or STL by extension. Positions in PLY are `float`, or `double` where rounding to float would move a
-/// vertex by more than 1e-6 of the bounding-box diagonal; labels are `int`, other scalars `float` or `double` likewise.
-/// OFF, OBJ and STL hold positions and faces, OFF and OBJ colours and OBJ normals too; other attributes are left out.
+/// PLY, OFF, OBJ, STL or glTF (.glb) by extension. Positions in PLY are `float`, or `double` where rounding to float
+/// would move a vertex by more than 1e-6 of the bounding-box diagonal; labels are `int`, other scalars `float` or
+/// `double` likewise. The others hold positions and faces, OFF, OBJ and glTF colours too, OBJ and glTF normals; other
+/// attributes are left out. STL and glTF have triangles only, into which polygons are split.
 void write_mesh(const Mesh& mesh, const std::string& path, PlyEncoding encoding = PlyEncoding::binary);
 
 /// What read_mixture() returns for a file of `mixture`, without the file. Stages that hand mixtures over in memory pass

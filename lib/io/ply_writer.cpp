@@ -13,6 +13,7 @@
 #include "mixture_rows.h"
 #include "output_file.h"
 #include "ply_comment.h"
+#include "precision.h"
 
 namespace gpsrecon::io {
 namespace {
@@ -158,14 +159,6 @@ PlyType lossless_type(const std::vector<Vec3>& values) {
   return std::all_of(values.begin(), values.end(), survives) ? PlyType::float32 : PlyType::float64;
 }
 
-// float where that moves no vertex by more than 1e-6 of the diagonal of the bounding box
-PlyType position_type(const std::vector<Vec3>& positions) {
-  const double tolerance = 1e-6 * bounding_box_diagonal(positions);
-  for (const Vec3& p : positions)
-    if (!((p.cast<float>().cast<double>() - p).norm() <= tolerance)) return PlyType::float64;
-  return PlyType::float32;
-}
-
 // int for labels that fit; else float where that moves no value by more than 1e-6 of their range
 PlyType scalar_type(const ScalarColumn& scalar) {
   const auto is_int = [](double value) {
@@ -257,7 +250,7 @@ void write_ply(const Mesh& mesh, const std::string& path, PlyEncoding encoding) 
   const std::vector<Vec3> positions = to_world(mesh.positions, mesh.frame);
   std::vector<double> sigma = mesh.sigma;
   for (double& s : sigma) s *= mesh.frame.scale();
-  const PlyType type = position_type(positions);
+  const PlyType type = float_suffices(positions) ? PlyType::float32 : PlyType::float64;
   std::vector<Column> columns;
   add_vectors(columns, {"x", "y", "z"}, type, positions);
   if (!mesh.normals.empty()) add_vectors(columns, {"nx", "ny", "nz"}, PlyType::float32, mesh.normals);

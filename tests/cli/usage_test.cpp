@@ -16,8 +16,8 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::StartsWith;
 
-const std::vector<std::string> commands = {"mixture",   "normals", "triangulate", "fit",
-                                           "subdivide", "compare", "scan",        "info"};
+const std::vector<std::string> commands = {"mixture", "normals",   "triangulate", "fit",  "infer",
+                                           "covmesh", "subdivide", "compare",     "scan", "info"};
 
 std::vector<std::string> lines_of(const std::string& text) {
   std::istringstream stream(text);

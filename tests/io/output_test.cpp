@@ -137,7 +137,7 @@ TEST(Writers, RefuseNamesOfOtherFormats) {
   const TemporaryFolder folder;
   for (const char* const name : {"out.xyz", "out.pcd", "out.las", "out", "out.docx"})
     EXPECT_THAT(output_error_of([&] { write_mesh(test::octahedron_mesh(), folder / name); }),
-                HasSubstr("expected a name with the extension .ply, .off, .obj or .stl"))
+                HasSubstr("expected a name with the extension .ply, .off, .obj, .stl or .glb"))
         << name;
   for (const char* const name : {"out.off", "out.stl", "out.xyz", "out.las"})
     EXPECT_THAT(output_error_of([&] { write_points({}, folder / name); }),

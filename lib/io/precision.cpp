@@ -1,0 +1,14 @@
+#include "precision.h"
+
+#include <gpsrecon/core/point_cloud.h>
+
+namespace gpsrecon::io {
+
+bool float_suffices(const std::vector<Vec3>& positions) {
+  const double tolerance = 1e-6 * bounding_box_diagonal(positions);
+  for (const Vec3& p : positions)
+    if (!((p.cast<float>().cast<double>() - p).norm() <= tolerance)) return false;
+  return true;
+}
+
+}  // namespace gpsrecon::io
