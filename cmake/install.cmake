@@ -33,6 +33,7 @@ set(GPSRECON_PUBLIC_HEADERS
   metrics/mesh_measures.h
   metrics/report.h
   metrics/resource_usage.h
+  metrics/ridge.h
   metrics/statistics.h
   pipeline/choose_scale.h
   pipeline/reconstruct.h
