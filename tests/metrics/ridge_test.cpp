@@ -4,6 +4,7 @@
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/gaussian.h>
 #include <gpsrecon/metrics/ridge.h>
+#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -204,11 +205,16 @@ TEST(Ridge, SaysWhichPointsDoNotReachIt) {
   EXPECT_NEAR(distance.distance.mean, 0.2, 1e-12);
   EXPECT_NEAR(distance.distance.max, 0.3, 1e-12);
 
-  // Far from two balls, on the line between them, one step is not enough.
+  // From beside two sheets one step is not enough.
   RidgeOptions options;
   options.max_steps = 1;
-  const Mixture two = mixture_of({{Vec3(0, 0, 0), Sym3::identity(1)}, {Vec3(1, 0, 0), Sym3::identity(1)}});
-  EXPECT_FALSE(project_to_ridge(two, std::vector<Vec3>{{3, 1, 0}}, options)[0].on_ridge);
+  const Mixture two =
+      mixture_of({{Vec3(0, 0, 0), Sym3::diagonal(1, 1, 0.01)}, {Vec3(0, 0, 0.15), Sym3::diagonal(1, 1, 0.01)}});
+  const std::vector<Vec3> beside = {{0, 0, 0.3}};
+  EXPECT_FALSE(project_to_ridge(two, beside, options)[0].on_ridge);
+  const RidgePoint between = project_to_ridge(two, beside)[0];
+  EXPECT_TRUE(between.on_ridge);
+  EXPECT_NEAR(between.position.z(), 0.075, 1e-5);  // the middle, by symmetry; 0.15 is less than two deviations
 }
 
 TEST(Ridge, RefusesWhatHasNone) {

@@ -1,0 +1,939 @@
+#!/usr/bin/python3
+"""Compares gpsrecon with other reconstructions of the same points, in one run on one machine, and writes a page about it.
+
+  accuracy  virtual scans with known truth: gpsrecon, normals + Poisson at several depths, advancing front, CGAL's Poisson
+  budget    gpsrecon held to a tenth of the vertices of Poisson, at each depth
+  growth    time and memory from 10^4 to 10^7 points of one surface
+  ridge     the surface against the density ridge of its Gaussians
+
+The Poisson reconstructions are PCL's, Open3D's if python3-open3d is there, and the program PoissonRecon if it is on the
+PATH. All get normals by the program peer_normals, whose time counts. The scans are those of analytic shapes, made by
+`gpsrecon scan`, and those that GPSRECON_DATA_DIR holds as scans/NAME.sN.ply with truth/NAME.ply.
+
+Every measurement is a row of OUT/results.csv, written as soon as it is made: a run that was stopped goes on where it
+was. Then OUT/results.json, OUT/benchmark.md and OUT/pictures/benchmark/ are made. Docs: docs/benchmark.md.
+
+Exit codes: 0 done (a reconstruction that fails is a result), 2 usage, 3 a program that measures failed.
+"""
+
+import argparse
+import csv
+import hashlib
+import json
+import os
+import platform
+import re
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+SEED = 1
+DEPTHS = (7, 8, 9, 10)
+DETAILS = (0.25, 0.35, 0.5, 0.7, 1.4)  # besides 1, the default
+GROWTH_DEPTH = 8
+GROWTH_SHAPE = "knot"
+RIDGE_SAMPLES = 20_000
+# Of the grades that are noisy, normals are estimated from more neighbours.
+NEIGHBORS = {"s1": 18, "s2": 18, "s3": 36}
+
+# Shapes with a third of the points of their grade, as on the regression board; for the quick run still fewer.
+FULL_SHAPES = {"block.s2": 50_000, "fins.s1": 100_000, "gyroid.s2": 50_000, "ripple.s2": 50_000, "vase.s3": 25_000}
+QUICK_SHAPES = {"block.s2": 20_000, "ripple.s1": 30_000, "vase.s3": 15_000}
+# Where kernel and depth vary (Figure 14a), and errors are shown as histograms (Figure 13c).
+FULL_SWEEPS = {"nefertiti.s1", "koala.s2", "spot.s3", "block.s2"}
+QUICK_SWEEPS = {"block.s2"}
+FULL_GROWTH = (10_000, 31_623, 100_000, 316_228, 1_000_000, 3_162_278, 10_000_000)
+QUICK_GROWTH = (10_000, 100_000, 1_000_000)
+RIDGE_SHAPES = {"ripple.s2": 50_000, "knot.s2": 50_000}
+QUICK_RIDGE_SHAPES = {"ripple.s2": 20_000, "knot.s2": 20_000}
+TRUTH_TOLERANCE = {"gyroid": 1e-4, "knot": 5e-5}
+
+KEYS = ("part", "scan", "method", "setting")
+NUMBERS = ("points", "vertices", "faces", "bytes_mesh", "bytes_covmesh", "normals_wall_s", "normals_cpu_s",
+           "normals_memory_MB", "wall_s", "cpu_s", "memory_MB", "rms_mesh_to_truth", "rms_truth_to_mesh", "normal_angle",
+           "self_mean", "self_median", "self_rms", "self_max", "components", "boundary_loops", "euler", "nonmanifold",
+           "control_vertices", "of_vertices", "ridge_mean", "ridge_median", "ridge_rms", "ridge_p95", "ridge_max",
+           "ridge_lost", "sigma0", "load")
+# status: ok, or what went wrong. The histograms are JSON: [[edges], [counts]] of shares of the diagonal.
+COLUMNS = KEYS + ("status",) + NUMBERS + ("self_histogram", "truth_histogram")
+
+
+class Failure(Exception):
+    """The benchmark cannot go on."""
+
+
+class RunFailed(Exception):
+    """A reconstruction that came to no result, which is one."""
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Running programs
+
+
+def run_measured(command, timeout, memory_limit=None):
+    """Wall and processor seconds and peak resident memory (MB) of a command, children included. Raises RunFailed."""
+    def limit():
+        os.setsid()
+        if memory_limit:
+            resource.setrlimit(resource.RLIMIT_AS, (memory_limit, memory_limit))
+
+    with tempfile.TemporaryFile() as output:
+        started = time.perf_counter()
+        child = subprocess.Popen(list(map(str, command)), stdin=subprocess.DEVNULL, stdout=output, stderr=output,
+                                 preexec_fn=limit, env={**os.environ, "OMP_WAIT_POLICY": "PASSIVE"})
+        expired = False
+
+        def expire(*_):
+            nonlocal expired
+            expired = True
+            os.killpg(child.pid, signal.SIGKILL)
+
+        previous = signal.signal(signal.SIGALRM, expire)
+        signal.alarm(max(1, int(timeout)))
+        try:
+            _, status, usage = os.wait4(child.pid, 0)
+        except BaseException:
+            os.killpg(child.pid, signal.SIGKILL)
+            raise
+        finally:
+            signal.alarm(0)
+            signal.signal(signal.SIGALRM, previous)
+        wall = time.perf_counter() - started
+        child.returncode = os.waitstatus_to_exitcode(status)
+        if expired:
+            raise RunFailed(f"stopped after {timeout:g} s")
+        if child.returncode != 0:
+            output.seek(0)
+            lines = output.read().decode(errors="replace").strip().splitlines()
+            why = f"signal {-child.returncode}" if child.returncode < 0 else f"exit code {child.returncode}"
+            raise RunFailed(f"{why}: {lines[-1][:200]}" if lines else why)
+    return {"wall_s": round(wall, 3), "cpu_s": round(usage.ru_utime + usage.ru_stime, 3),
+            "memory_MB": round(usage.ru_maxrss * 1024 / 1e6, 1)}
+
+
+OPEN3D_SCRIPT = """
+import sys, open3d as o3d
+cloud = o3d.io.read_point_cloud(sys.argv[1])
+mesh, _ = o3d.geometry.TriangleMesh.create_from_point_cloud_poisson(cloud, depth=int(sys.argv[3]))
+assert o3d.io.write_triangle_mesh(sys.argv[2], mesh)
+"""
+
+
+class Method:
+    """A way to reconstruct. `command(points, mesh, setting)`; `points` have normals if it needs them."""
+
+    def __init__(self, name, title, command, settings=("",), needs_normals=True):
+        self.name, self.title, self.command = name, title, command
+        self.settings, self.needs_normals = settings, needs_normals
+
+
+class Programs:
+    """What is there to run."""
+
+    def __init__(self, folder, threads):
+        self.folder, self.threads = folder, threads
+        self.gpsrecon = folder / "gpsrecon"
+        if not self.gpsrecon.exists():
+            raise Failure(f"{self.gpsrecon} is not there; build it with scripts/build.sh -DGPSRECON_BUILD_BENCHMARKS=ON")
+
+    def tool(self, name):
+        path = self.folder / name
+        return path if path.exists() else None
+
+    def reconstruct(self, points, mesh, *options):
+        return [self.gpsrecon, points, mesh, "--seed", SEED, "--threads", self.threads, "--quiet", *options]
+
+    def call(self, *arguments):
+        """Output of a gpsrecon command that only measures."""
+        command = [str(self.gpsrecon), *map(str, arguments), "--threads", str(self.threads), "--quiet"]
+        result = subprocess.run(command, capture_output=True, text=True)
+        if result.returncode != 0:
+            raise Failure(f"{' '.join(command)}: exit code {result.returncode}: {result.stderr.strip()}")
+        return result.stdout
+
+    def version(self):
+        return subprocess.run([str(self.gpsrecon), "--version"], capture_output=True, text=True).stdout.strip()
+
+    def poissons(self):
+        """Poisson reconstructions, the most recent code first."""
+        found = []
+        binary = shutil.which("PoissonRecon")
+        if binary:
+            found.append(Method("PoissonRecon", "PoissonRecon (the authors' program)",
+                                lambda points, mesh, depth: [binary, "--in", points, "--out", mesh, "--depth", depth],
+                                DEPTHS))
+        python = open3d_python()
+        if python:
+            found.append(Method("open3d_poisson", "Open3D (PoissonRecon inside)",
+                                lambda points, mesh, depth: [python, "-c", OPEN3D_SCRIPT, points, mesh, depth], DEPTHS))
+        pcl = self.tool("peer_pcl_poisson")
+        if pcl:
+            found.append(Method("pcl_poisson", "PCL (Kazhdan's code, 2013)",
+                                lambda points, mesh, depth: [pcl, points, mesh, depth], DEPTHS))
+        return found
+
+    def methods(self):
+        found = [Method("gpsrecon", "gpsrecon", lambda points, mesh, detail: self.reconstruct(
+            points, mesh, *(["--detail", detail] if detail else [])), ("",) + DETAILS, False)]
+        found += self.poissons()
+        cgal_poisson, front = self.tool("peer_cgal_poisson"), self.tool("peer_cgal_front")
+        if cgal_poisson:
+            found.append(Method("cgal_poisson", "Poisson on a Delaunay triangulation, CGAL",
+                                lambda points, mesh, _: [cgal_poisson, points, mesh]))
+        if front:
+            found.append(Method("cgal_front", "advancing front, CGAL", lambda points, mesh, _: [front, points, mesh],
+                                needs_normals=False))
+        return found
+
+
+def open3d_python():
+    """A Python that has Open3D."""
+    for python in (sys.executable, "/usr/bin/python3"):
+        if os.path.exists(python) and subprocess.run([python, "-c", "import open3d"], capture_output=True).returncode == 0:
+            return python
+    return None
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Scans
+
+
+class Scan:
+    """A virtual scan with its truth, made when needed."""
+
+    def __init__(self, name, size=None, data=None):
+        self.name, self.size = name, size
+        self.shape, self.grade = name.rsplit(".", 1)
+        self.points = data and data / "scans" / f"{name}.ply"
+        self.truth = data and data / "truth" / f"{self.shape}.ply"
+        self.normals = None  # measured by `oriented`
+
+    def make(self, programs, work):
+        if self.size is None or self.points is not None:
+            return
+        self.points, self.truth = work / f"{self.name}.points.ply", work / f"{self.name}.truth.ply"
+        programs.call("scan", f"shape:{self.shape}", self.points, "--quality", self.grade, "--points", self.size,
+                      "--truth", self.truth, "--truth-tolerance-rel", TRUTH_TOLERANCE.get(self.shape, 2e-5),
+                      "--seed", SEED)
+
+    def oriented(self, programs, work, timeout, memory_limit):
+        """The points with normals, and what these cost; made once. Raises RunFailed, every time if it fails."""
+        if isinstance(self.normals, RunFailed):
+            raise self.normals
+        if self.normals is None:
+            tool, path = programs.tool("peer_normals"), work / f"{self.name}.normals.ply"
+            if tool is None:
+                raise Failure("peer_normals is not there; build it with scripts/build.sh -DGPSRECON_BUILD_BENCHMARKS=ON")
+            try:
+                cost = run_measured([tool, self.points, path, NEIGHBORS.get(self.grade, 18)], timeout, memory_limit)
+            except RunFailed as failed:
+                self.normals = RunFailed(f"normals: {failed}")
+                raise self.normals
+            self.normals = path, {f"normals_{key}": value for key, value in cost.items()}
+        return self.normals
+
+
+def find_scans(quick, data, shapes=None):
+    scans = [Scan(name, size) for name, size in (shapes or (QUICK_SHAPES if quick else FULL_SHAPES)).items()]
+    for path in sorted(data.glob("scans/*.s[0-9].ply")) if data and not quick else []:
+        scan = Scan(path.name[: -len(".ply")], None, data)
+        if scan.truth.exists():
+            scans.append(scan)
+    return scans
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Results
+
+
+class Results:
+    """The rows of a run, kept in a file as they come."""
+
+    def __init__(self, path):
+        self.path, self.rows = path, []
+        if path.exists():
+            self.rows = self.read(path)
+            # A run that was killed may have left half a line behind.
+            self.write(path, self.rows)
+        else:
+            self.write(path, [])
+
+    @staticmethod
+    def write(path, rows):
+        with path.open("w", newline="") as file:
+            writer = csv.DictWriter(file, COLUMNS)
+            writer.writeheader()
+            writer.writerows(rows)
+
+    @staticmethod
+    def read(path):
+        text = path.read_text()
+        whole = text[: text.rfind("\n") + 1]
+        rows = []
+        for row in csv.DictReader(whole.splitlines()):
+            if None in row or None in row.values():
+                continue
+            rows.append({key: number(value) if key in NUMBERS else value for key, value in row.items()})
+        return rows
+
+    def has(self, *key):
+        return any(tuple(row[k] for k in KEYS) == tuple(map(str, key)) for row in self.rows)
+
+    def add(self, part, scan, method, setting, figures):
+        row = {column: "" for column in COLUMNS}
+        row.update({k: str(v) for k, v in zip(KEYS, (part, scan, method, setting))}, status="ok",
+                   load=round(os.getloadavg()[0], 2))
+        row.update(figures)
+        with self.path.open("a", newline="") as file:
+            csv.DictWriter(file, COLUMNS).writerow(row)
+        self.rows.append(row)
+        print(describe(row), flush=True)
+
+
+def number(text):
+    return "" if text == "" else float(text) if re.search(r"[.eni]", text) else int(text)
+
+
+def describe(row):
+    name = " ".join(row[key] for key in KEYS if row[key] != "")
+    if row["status"] != "ok":
+        return f"{name}: {row['status']}"
+    parts = []
+    if row["cpu_s"] != "":
+        parts.append(f"{total(row, 'cpu_s'):.1f} s CPU, {peak(row):.0f} MB")
+    if row["rms_mesh_to_truth"] != "":
+        parts.append(f"{row['rms_mesh_to_truth']:.4f} / {row['rms_truth_to_mesh']:.4f} %")
+    if row["vertices"] != "":
+        parts.append(f"{size_of(row)} vertices")
+    if row["ridge_mean"] != "":
+        parts.append(f"mean {row['ridge_mean']:.4f} %, {row['ridge_lost']} lost")
+    return f"{name}: {', '.join(parts)}"
+
+
+def total(row, key):
+    """Of a method and the normals it needs."""
+    return row[key] + (row[f"normals_{key}"] or 0)
+
+
+def peak(row):
+    return max(row["memory_MB"], row["normals_memory_MB"] or 0)
+
+
+def size_of(row):
+    """Vertices that are stored: those of the covariance mesh, where there is one."""
+    return row["control_vertices"] if row["control_vertices"] != "" else row["vertices"]
+
+
+def larger_rms(row):
+    return max(row["rms_mesh_to_truth"], row["rms_truth_to_mesh"])
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Measuring
+
+
+class Benchmark:
+    def __init__(self, options, programs, results, work):
+        self.options, self.programs, self.results, self.work = options, programs, results, work
+
+    def judge(self, mesh, scan):
+        """Accuracy against truth, both ways, and distances of the points to the mesh (shares of the diagonal, in %)."""
+        samples = ["--samples", self.options.samples, "--seed", SEED, "--report", "-"]
+        truth = json.loads(self.programs.call("compare", mesh, scan.truth, *samples))
+        points = json.loads(self.programs.call("compare", mesh, scan.points, *samples))["points_to_surface"]
+        there, back = truth["reference"]["mesh_to_reference"], truth["reference"]["reference_to_mesh"]
+        topology, own = truth["mesh"]["topology"], points["distance"] if "distance" in points else points
+        rounded = lambda value: round(100 * value, 6)
+        return {
+            "points": int(own["count"]), "vertices": truth["mesh"]["vertices"], "faces": truth["mesh"]["faces"],
+            "rms_mesh_to_truth": rounded(there["distance"]["rel"]["rms"]),
+            "rms_truth_to_mesh": rounded(back["distance"]["rel"]["rms"]),
+            "normal_angle": round(there["normals"]["mean_deg"], 4),
+            "self_mean": rounded(own["rel"]["mean"]), "self_median": rounded(own["rel"]["median"]),
+            "self_rms": rounded(own["rel"]["rms"]), "self_max": rounded(own["rel"]["max"]),
+            "components": topology["components"], "boundary_loops": topology["boundary_loops"],
+            "euler": topology["euler"],
+            "nonmanifold": topology["nonmanifold_edges"] + topology["nonmanifold_vertices"],
+            "self_histogram": json.dumps([own["histogram"]["edges_rel"], own["histogram"]["counts"]]),
+            "truth_histogram": json.dumps([there["distance"]["histogram"]["edges_rel"],
+                                           there["distance"]["histogram"]["counts"]]),
+        }
+
+    def covmesh_of(self, mesh):
+        """Bytes and size of the covariance mesh beside a mesh of gpsrecon."""
+        covmesh = mesh.with_name(mesh.stem + ".covmesh.ply")
+        report = json.loads(mesh.with_name(mesh.stem + ".report.json").read_text())
+        return {"bytes_covmesh": covmesh.stat().st_size, "control_vertices": report["covmesh"]["vertices"]}
+
+    def measure(self, part, scan, method, setting, command=None, judged=True):
+        """One row, unless it is there. `command` replaces the method's."""
+        if self.results.has(part, scan.name, method.name, setting):
+            return
+        limits = self.options.timeout, self.options.memory_limit
+        scan.make(self.programs, self.work)
+        with tempfile.TemporaryDirectory(dir=self.work) as folder:
+            mesh, figures = Path(folder) / "mesh.ply", {}
+            try:
+                points = scan.points
+                if method.needs_normals:
+                    points, cost = scan.oriented(self.programs, self.work, *limits)
+                    figures.update(cost)
+                figures.update(run_measured(command(points, mesh) if command else method.command(points, mesh, setting),
+                                            *limits))
+                figures["bytes_mesh"] = mesh.stat().st_size
+                if method.name == "gpsrecon":
+                    figures.update(self.covmesh_of(mesh))
+                if judged:
+                    figures.update(self.judge(mesh, scan))
+            except RunFailed as failed:
+                figures["status"] = str(failed)
+            self.results.add(part, scan.name, method.name, setting, figures)
+
+    def accuracy(self, scans, sweeps):
+        for scan in scans:
+            for method in self.wanted(self.programs.methods()):
+                for setting in method.settings:
+                    if method.name == "gpsrecon" and setting != "" and scan.name not in sweeps:
+                        continue
+                    self.measure("accuracy", scan, method, setting)
+
+    def budget(self, scans):
+        """gpsrecon with a tenth of the vertices of Poisson at each depth; of all that are there, the first."""
+        for scan in scans:
+            for method in self.wanted(self.programs.poissons())[:1]:
+                for row in list(self.results.rows):
+                    if (row["part"], row["scan"], row["method"], row["status"]) != ("accuracy", scan.name, method.name, "ok"):
+                        continue
+                    wanted = max(4, int(row["vertices"]) // 10)
+                    gpsrecon = Method("gpsrecon", "gpsrecon", None, needs_normals=False)
+                    self.measure("budget", scan, gpsrecon, f"{method.name} {row['setting']}",
+                                 lambda points, mesh: self.programs.reconstruct(points, mesh, "--budget", wanted))
+
+    def growth(self, sizes):
+        for size in sizes:
+            scan = Scan(f"{GROWTH_SHAPE}.s1", size)
+            scan.name += f"@{size}"  # what tells the rows apart
+            depths = {method.name: GROWTH_DEPTH for method in self.programs.poissons()}
+            for method in self.wanted(self.programs.methods()):
+                # Of CGAL's Poisson one size more would take longer than all else.
+                if method.name == "cgal_poisson" or (method.name != "gpsrecon" and size > self.options.peer_points):
+                    continue
+                self.measure("growth", scan, method, depths.get(method.name, ""), judged=False)
+            for path in self.work.glob(f"{scan.name}.*"):
+                path.unlink()
+
+    def ridge(self, scans):
+        tool = self.programs.tool("ridge_of_covmesh")
+        for scan in scans if tool else []:
+            for setting, options in (("fitted", []), ("not fitted", ["--no-fit"])):
+                if self.results.has("ridge", scan.name, "gpsrecon", setting):
+                    continue
+                scan.make(self.programs, self.work)
+                mesh = self.work / "ridge.ply"
+                sample_file = self.options.out / f"ridge.{scan.name}.{setting.replace(' ', '-')}.ply"
+                self.programs.call(scan.points, mesh, "--seed", SEED, *options)
+                result = subprocess.run([tool, mesh.with_name("ridge.covmesh.ply"), str(RIDGE_SAMPLES), sample_file],
+                                        capture_output=True, text=True)
+                if result.returncode != 0:
+                    raise Failure(f"ridge_of_covmesh: {result.stderr.strip()}")
+                found = json.loads(result.stdout)
+                figures = {f"ridge_{key}": round(100 * found[f"{key}_rel"], 6)
+                           for key in ("mean", "median", "rms", "p95", "max")}
+                figures.update(ridge_lost=found["lost"], sigma0=round(100 * found["sigma0_rel"], 6),
+                               points=found["samples"])
+                self.results.add("ridge", scan.name, "gpsrecon", setting, figures)
+
+    def wanted(self, methods):
+        return [m for m in methods if not self.options.methods or m.name in self.options.methods]
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# What the rows say
+
+
+def select(rows, **wanted):
+    return [row for row in rows if row["status"] == "ok" and all(row[key] == str(value) for key, value in wanted.items())]
+
+
+def scan_names(rows, part):
+    return list(dict.fromkeys(row["scan"] for row in rows if row["part"] == part))
+
+
+def best_of(rows):
+    """The row with the least larger RMS; None if there is none."""
+    return min(rows, key=larger_rms, default=None)
+
+
+def equal_accuracy(poisson, gpsrecon):
+    """Per direction and for normals, whether gpsrecon is at least as accurate."""
+    return tuple(gpsrecon[key] <= poisson[key] for key in ("rms_mesh_to_truth", "rms_truth_to_mesh", "normal_angle"))
+
+
+def losses(rows, names):
+    """Where gpsrecon, by default, is not the best: (scan, figure, its value, the other's, the other), and for others
+    with several depths the depth that is most accurate."""
+    found = []
+    figures = (("RMS mesh to truth", "%", lambda r: r["rms_mesh_to_truth"]),
+               ("RMS truth to mesh", "%", lambda r: r["rms_truth_to_mesh"]),
+               ("normals", "°", lambda r: r["normal_angle"]), ("processor time", "s", lambda r: total(r, "cpu_s")),
+               ("peak memory", "MB", peak), ("bytes of the result", "", stored_bytes))
+    for scan in scan_names(rows, "accuracy"):
+        ours = select(rows, part="accuracy", scan=scan, method="gpsrecon", setting="")
+        for name in names:
+            other = best_of(select(rows, part="accuracy", scan=scan, method=name))
+            if name == "gpsrecon" or not ours or other is None:
+                continue
+            for title, unit, figure in figures:
+                if figure(other) < figure(ours[0]):
+                    found.append((scan, title, unit, figure(ours[0]), figure(other), other))
+    return found
+
+
+def stored_bytes(row):
+    return row["bytes_covmesh"] if row["bytes_covmesh"] != "" else row["bytes_mesh"]
+
+
+def growth_ratio(rows, method, small, large, figure):
+    """figure(large) / figure(small) of the growth part; None if one is missing."""
+    pair = [select(rows, part="growth", scan=f"{GROWTH_SHAPE}.s1@{size}", method=method) for size in (small, large)]
+    return figure(pair[1][0]) / figure(pair[0][0]) if all(pair) else None
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# The page
+
+
+def table(header, rows):
+    return ["| " + " | ".join(header) + " |", "|" + "---|" * len(header), *("| " + " | ".join(row) + " |" for row in rows), ""]
+
+
+def titles_of(rows, methods):
+    known = {"gpsrecon": "gpsrecon", "pcl_poisson": "PCL Poisson", "open3d_poisson": "Open3D Poisson",
+             "PoissonRecon": "PoissonRecon", "cgal_poisson": "CGAL Poisson", "cgal_front": "CGAL advancing front"}
+    return {name: known.get(name, name) for name in dict.fromkeys([r["method"] for r in rows] + list(methods))}
+
+
+def label(row, titles):
+    setting = row["setting"]
+    if row["method"] == "gpsrecon":
+        return f"gpsrecon, detail {setting}" if setting else "gpsrecon"
+    return titles[row["method"]] + (f", depth {setting}" if setting else "")
+
+
+def accuracy_lines(rows, titles):
+    lines = ["## Accuracy, time and size", "",
+             "Per scan gpsrecon with default options, then the others. RMS of the distances, mesh to truth / truth to mesh, in % of the",
+             "diagonal; mean normal angle; c / l / χ: components, boundary loops and Euler number; nm: non-manifold edges and vertices;",
+             "RMS of the distances of the points to the mesh (\"self\"); vertices that are stored, and bytes: of gpsrecon those of the",
+             "covariance mesh, and in brackets of the refined mesh. Processor (CPU) and wall time, file to file, and peak memory;",
+             "normals included, which cost what is said in brackets.", ""]
+    for scan in scan_names(rows, "accuracy"):
+        body = []
+        here = [r for r in rows if r["part"] == "accuracy" and r["scan"] == scan and
+                not (r["method"] == "gpsrecon" and r["setting"])]
+        for row in here:
+            if row["status"] != "ok":
+                body.append([label(row, titles), row["status"]] + [""] * 8)
+                continue
+            normals = f" ({row['normals_cpu_s']:.1f})" if row["normals_cpu_s"] != "" else ""
+            mesh = f" ({row['bytes_mesh'] / 1e6:.2f})" if row["bytes_covmesh"] != "" else ""
+            vertices = f" ({int(row['vertices']):,})" if row["control_vertices"] != "" else ""
+            body.append([label(row, titles), f"{row['rms_mesh_to_truth']:.4f} / {row['rms_truth_to_mesh']:.4f}",
+                         f"{row['normal_angle']:.2f}°",
+                         f"{row['components']} / {row['boundary_loops']} / {row['euler']}", f"{row['nonmanifold']}",
+                         f"{row['self_rms']:.4f}", f"{int(size_of(row)):,}{vertices}",
+                         f"{stored_bytes(row) / 1e6:.2f}{mesh}",
+                         f"{total(row, 'cpu_s'):.1f}{normals} / {total(row, 'wall_s'):.1f}", f"{peak(row):.0f}"])
+        points = next((f", {int(r['points']):,} points" for r in here if r["points"] != ""), "")
+        lines += [f"### {scan}{points}", "",
+                  *table(["", "RMS", "normals", "c / l / χ", "nm", "self", "vertices", "MB", "CPU / wall, s", "memory, MB"], body)]
+    return lines
+
+
+def budget_lines(rows, titles):
+    body, wins, count = [], [0, 0, 0], 0
+    methods = set()
+    for scan in scan_names(rows, "budget"):
+        for ours in [r for r in rows if r["part"] == "budget" and r["scan"] == scan]:
+            method, depth = ours["setting"].rsplit(" ", 1)
+            (poisson,) = select(rows, part="accuracy", scan=scan, method=method, setting=depth) or [None]
+            if poisson is None:
+                continue
+            methods.add(titles.get(method, method))
+            if ours["status"] != "ok":
+                body.append([scan, depth, f"{int(poisson['vertices']):,}", "", "", ours["status"], "", ""])
+                continue
+            count += 1
+            verdicts = equal_accuracy(poisson, ours)
+            wins = [w + v for w, v in zip(wins, verdicts)]
+            mark = lambda value, better, form: f"**{form.format(value)}**" if better else form.format(value)
+            body.append([scan, depth, f"{int(poisson['vertices']):,}",
+                         f"{poisson['rms_mesh_to_truth']:.4f} / {poisson['rms_truth_to_mesh']:.4f}, {poisson['normal_angle']:.2f}°",
+                         f"{int(ours['control_vertices']):,}",
+                         f"{mark(ours['rms_mesh_to_truth'], verdicts[0], '{:.4f}')} / {mark(ours['rms_truth_to_mesh'], verdicts[1], '{:.4f}')}, "
+                         f"{mark(ours['normal_angle'], verdicts[2], '{:.2f}°')}",
+                         "yes" if all(verdicts[:2]) else "no",
+                         f"{ours['cpu_s']:.1f} / {total(poisson, 'cpu_s'):.1f}"])
+    if not body:
+        return []
+    return ["## A tenth of the vertices, at each accuracy", "",
+            f"`gpsrecon --budget` with a tenth of the vertices that {' and '.join(sorted(methods))} has at a depth. Bold where gpsrecon is at",
+            "least as accurate; yes where it is in both directions. RMS mesh to truth / truth to mesh in % of the diagonal, mean normal angle.",
+            f"Of {count} pairs gpsrecon is at least as accurate from mesh to truth in {wins[0]}, from truth to mesh in {wins[1]}, in its normals in {wins[2]}.", "",
+            *table(["scan", "depth", "vertices", "Poisson", "gpsrecon's", "gpsrecon", "both ways", "CPU, s"], body)]
+
+
+def growth_lines(rows, titles):
+    body = []
+    for row in [r for r in rows if r["part"] == "growth"]:
+        size = int(row["scan"].rsplit("@", 1)[1])
+        if row["status"] != "ok":
+            body.append([f"{size:,}", label(row, titles), row["status"], "", "", ""])
+        else:
+            body.append([f"{size:,}", label(row, titles), f"{total(row, 'cpu_s'):.2f}", f"{total(row, 'wall_s'):.2f}",
+                         f"{peak(row):.0f}", f"{peak(row) * 1e6 / size:.0f}"])
+    if not body:
+        return []
+    ratios = []
+    for method in dict.fromkeys(r["method"] for r in rows if r["part"] == "growth"):
+        values = [growth_ratio(rows, method, 100_000, 1_000_000, f) for f in (lambda r: total(r, "cpu_s"), peak)]
+        if all(values):
+            ratios.append(f"{titles[method]} {values[0]:.1f} in processor time and {values[1]:.1f} in memory")
+    return ["## Growth", "", f"One surface (`shape:{GROWTH_SHAPE} --quality s1`) with more and more points; normals included. "
+            "Below some 15 MB the figures for memory are", "those of the program that measures.", "",
+            *(["From 10⁵ to 10⁶ points: " + "; ".join(ratios) + ".", ""] if ratios else []),
+            "![Time and memory against the number of points](pictures/benchmark/growth.png)", "",
+            *table(["points", "", "CPU, s", "wall, s", "memory, MB", "bytes per point"], body)]
+
+
+def ridge_lines(rows):
+    body = [[r["scan"], r["setting"], f"{r['sigma0']:.4f}", f"{r['ridge_mean']:.4f}", f"{r['ridge_median']:.4f}", f"{r['ridge_p95']:.4f}",
+             f"{r['ridge_max']:.4f}", f"{100 * r['ridge_lost'] / r['points']:.2f} %"] for r in select(rows, part="ridge")]
+    if not body:
+        return []
+    return ["## Surface and density ridge", "",
+            f"{RIDGE_SAMPLES:,} points, uniform by area on the Gaussian-product surface, moved to the ridge of the mixture of the same Gaussians by a",
+            "subspace-constrained mean shift (`metrics/ridge.h`; Ozertem and Erdogmus 2011). Distances in % of the diagonal, beside the kernel width σ₀;",
+            "lost: points that come to no rest, because the ridge has an end or a jump there. Not fitted is the surface of the mixture as the",
+            "publication has it; the fit then moves the Gaussians off the ridge on purpose, towards the points.", "",
+            *table(["scan", "Gaussians", "σ₀", "mean", "median", "95 %", "largest", "lost"], body),
+            "![Sections of surface and ridge](pictures/benchmark/ridge.png)", "",
+            "Sections through the surface before the fit (black) and where its points come to rest on the ridge (blue; red: lost).", ""]
+
+
+def loss_lines(rows, titles):
+    found = losses(rows, titles)
+    lines = ["## Where gpsrecon loses", "",
+             "Figures of gpsrecon with default options that are worse than those of another method, for Poisson at its most accurate depth.", ""]
+    if not found:
+        return lines + ["None.", ""]
+    form = lambda value, unit: f"{value:.4f} %" if unit == "%" else f"{value:,.0f}" if unit == "" else f"{value:.2f} {unit}"
+    return lines + table(["scan", "figure", "gpsrecon", "other", "of"],
+                         [[s, t, form(a, u), form(b, u), label(o, titles)] for s, t, u, a, b, o in found])
+
+
+def picture_lines(rows, sweeps):
+    if not sweeps:
+        return []
+    return ["## Errors and effort", "",
+            "Shares of the points of a scan by their distance from the surface, and of samples of the surface by their distance from the truth:", "",
+            "![Histograms of errors](pictures/benchmark/histograms.png)", "",
+            "Processor time against error while the kernel width (`--detail`) and the depth vary; the flags say the peak memory. Left the RMS of the",
+            "distances of the points, as the publication has it, which noise and outliers dominate; right the RMS from truth to mesh.", "",
+            "![Time against error](pictures/benchmark/effort.png)", ""]
+
+
+def page(rows, machine, methods):
+    titles = titles_of(rows, methods)
+    sweeps = sweep_scans(rows)
+    lines = ["# Benchmark", "",
+             "Written by `scripts/benchmark.py`; do not edit. gpsrecon against other reconstructions of the same points, in one run on one machine.",
+             "(The programs that time single stages are run by `scripts/benchmark.sh`.)", "",
+             "    scripts/benchmark.py --quick    # minutes; into build/benchmark/quick",
+             "    scripts/benchmark.py            # about an hour; into build/benchmark/full",
+             "    scripts/benchmark.py --publish  # and onto this page", "",
+             f"* {machine['version']}; one run each, seed {SEED}, {machine['threads']} threads; {machine['samples']:,} samples each way.",
+             f"* {machine['cpu']}, {machine['cores']} cores, {machine['memory_GB']:.0f} GB; {machine['compiler']}; {machine['system']}.",
+             f"* Load of the machine during the measurements: {load_text(rows)}. Under load the wall times say little; processor times are what to compare.",
+             "* Methods: " + "; ".join(f"{titles[name]}: {text}" for name, text in methods.items()) + ".",
+             "* Normals for Poisson: planes of 18 neighbours (36 for s3), oriented along a minimum spanning tree, by CGAL.",
+             "* Processor time, wall time and peak memory of whole processes, from files to files. That of gpsrecon includes its report,",
+             "  which measures the distance of every point.", "",
+             *accuracy_lines(rows, titles), *budget_lines(rows, titles), *picture_lines(rows, sweeps),
+             *growth_lines(rows, titles), *ridge_lines(rows), *loss_lines(rows, titles)]
+    return "\n".join(lines).rstrip() + "\n"
+
+
+def load_text(rows):
+    loads = [row["load"] for row in rows if row["load"] != ""]
+    return f"{min(loads):.1f} to {max(loads):.1f}" if loads else "not known"
+
+
+def sweep_scans(rows):
+    return [scan for scan in scan_names(rows, "accuracy")
+            if len(select(rows, part="accuracy", scan=scan, method="gpsrecon")) > 1]
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Pictures
+
+
+COLORS = {"gpsrecon": "black", "pcl_poisson": "tab:red", "open3d_poisson": "tab:orange", "PoissonRecon": "tab:purple",
+          "cgal_poisson": "tab:blue", "cgal_front": "tab:green"}
+
+
+def draw(rows, out, pictures, methods):
+    """All pictures there is something for. Late import: until here this program must be small, because a child's peak
+    memory is never below that of the process it was forked from."""
+    import matplotlib
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+    plt.rcParams.update({"font.size": 9, "axes.grid": True, "grid.alpha": 0.3, "savefig.dpi": 110, "figure.autolayout": True})
+    pictures.mkdir(parents=True, exist_ok=True)
+    titles, scans = titles_of(rows, methods), sweep_scans(rows)
+    if scans:
+        draw_effort(plt, rows, scans, titles, pictures / "effort.png")
+        draw_histograms(plt, rows, scans, titles, pictures / "histograms.png")
+    if select(rows, part="growth"):
+        draw_growth(plt, rows, titles, pictures / "growth.png")
+    if select(rows, part="ridge"):
+        draw_ridge(plt, rows, out, pictures / "ridge.png")
+
+
+def draw_effort(plt, rows, scans, titles, path):
+    """Figure 14a."""
+    figure, axes = plt.subplots(len(scans), 2, figsize=(11, 3.8 * len(scans)), squeeze=False)
+    for line, scan in zip(axes, scans):
+        for axis, key in zip(line, ("self_rms", "rms_truth_to_mesh")):
+            for method in titles:
+                here = sorted(select(rows, part="accuracy", scan=scan, method=method),
+                              key=lambda r: float(r["setting"] or 1))
+                if not here:
+                    continue
+                xs, ys = [r[key] for r in here], [total(r, "cpu_s") for r in here]
+                axis.plot(xs, ys, "o-", color=COLORS.get(method), label=titles[method], markersize=4, linewidth=1)
+                for k, (x, y, r) in enumerate(zip(xs, ys, here)):
+                    setting = r["setting"] or ("1" if method == "gpsrecon" else "")
+                    axis.annotate(f"{setting}{': ' if setting else ''}{peak(r):.0f} MB", (x, y), xytext=(4, 8 if k % 2 else -11),
+                                  textcoords="offset points", fontsize=6, color=COLORS.get(method),
+                                  arrowprops={"arrowstyle": "-", "linestyle": "--", "linewidth": 0.5, "color": COLORS.get(method)})
+            axis.set(xscale="log", yscale="log", xlabel="RMS, points to mesh, %" if key == "self_rms" else "RMS, truth to mesh, %",
+                     ylabel="processor time, s", title=scan)
+            axis.margins(0.15)
+        line[0].legend(fontsize=7)
+    figure.savefig(path)
+    plt.close(figure)
+
+
+def draw_histograms(plt, rows, scans, titles, path):
+    """Figure 13c."""
+    figure, axes = plt.subplots(len(scans), 2, figsize=(11, 3.2 * len(scans)), squeeze=False)
+    for line, scan in zip(axes, scans):
+        for axis, key, text in zip(line, ("self_histogram", "truth_histogram"), ("points to mesh", "mesh to truth")):
+            for method in titles:
+                here = select(rows, part="accuracy", scan=scan, method=method)
+                here = [r for r in here if r["setting"] == ""] if method == "gpsrecon" else here
+                for k, row in enumerate(here):
+                    edges, counts = json.loads(row[key])
+                    share = [100 * c / sum(counts) for c in counts]
+                    # The first bin has no lower edge and the last no upper one: they get the width of their neighbours.
+                    bounds = [100 * e for e in [edges[0] / 2, *edges, edges[-1] * 2]]
+                    axis.stairs(share, bounds, color=COLORS.get(method), label=label(row, titles), linewidth=1.8 if method == "gpsrecon" else 1,
+                                linestyle=["-", "--", ":", "-."][k % 4])
+            axis.set(xscale="log", xlabel=f"distance, {text}, % of the diagonal", ylabel="share, %", title=scan)
+        line[0].legend(fontsize=6)
+    figure.savefig(path)
+    plt.close(figure)
+
+
+def draw_growth(plt, rows, titles, path):
+    figure, axes = plt.subplots(1, 2, figsize=(11, 4))
+    for axis, value, text in zip(axes, (lambda r: total(r, "cpu_s"), peak), ("processor time, s", "peak memory, MB")):
+        for method in titles:
+            here = sorted((int(r["scan"].rsplit("@", 1)[1]), value(r)) for r in select(rows, part="growth", method=method))
+            if here:
+                axis.plot(*zip(*here), "o-", color=COLORS.get(method), label=titles[method])
+        axis.set(xscale="log", yscale="log", xlabel="points", ylabel=text)
+        axis.legend(fontsize=8)
+    figure.savefig(path)
+    plt.close(figure)
+
+
+def read_ridge(path):
+    """Rows of (place on the ridge, place on the surface, arrived) of a file that ridge_of_covmesh wrote."""
+    text = path.read_text()
+    header, body = text.split("end_header\n", 1)
+    names = re.findall(r"^property \w+ (\w+)$", header, re.M)
+    found = []
+    for line in body.splitlines():
+        values = dict(zip(names, map(float, line.split())))
+        found.append(([values[k] for k in "xyz"], [values[f"surface_{k}"] for k in "xyz"], values["arrived"] > 0))
+    return found
+
+
+def draw_ridge(plt, rows, out, path):
+    """Figures 2 and 15: thin slices across the second largest extent; beside each its densest part, larger."""
+    files = [(row["scan"], out / f"ridge.{row['scan']}.not-fitted.ply")
+             for row in select(rows, part="ridge", setting="not fitted")]
+    files = [(scan, file) for scan, file in files if file.exists()]
+    if not files:
+        return
+    figure, axes = plt.subplots(len(files), 2, figsize=(11, 4.2 * len(files)), squeeze=False)
+    for line, (scan, file) in zip(axes, files):
+        samples = read_ridge(file)
+        low = [min(s[1][k] for s in samples) for k in range(3)]
+        extent = [max(s[1][k] for s in samples) - low[k] for k in range(3)]
+        across = sorted(range(3), key=lambda k: extent[k])[1]
+        u, v = [k for k in range(3) if k != across]
+        middle = low[across] + extent[across] / 2
+        # Points of a slice this thin show the section as a line.
+        here = [s for s in samples if abs(s[1][across] - middle) < 0.0125 * extent[across]]
+        for axis in line:
+            axis.scatter([s[1][u] for s in here], [s[1][v] for s in here], s=5, color="black", label="surface", linewidths=0)
+            arrived, lost = [s for s in here if s[2]], [s for s in here if not s[2]]
+            axis.scatter([s[0][u] for s in arrived], [s[0][v] for s in arrived], s=3, color="tab:blue", label="ridge", linewidths=0)
+            axis.scatter([s[0][u] for s in lost], [s[0][v] for s in lost], s=14, color="tab:red", marker="x", label="lost", linewidths=1)
+            axis.set(aspect="equal", title=scan)
+        # The detail: around the sample that moved farthest of those in the slice.
+        far = max(here, key=lambda s: sum((a - b) ** 2 for a, b in zip(s[0], s[1])) if s[2] else 0)
+        half = 0.12 * max(extent[u], extent[v])
+        line[1].set(xlim=(far[1][u] - half, far[1][u] + half), ylim=(far[1][v] - half, far[1][v] + half), title=f"{scan}, detail")
+        line[0].legend(fontsize=7, loc="upper right")
+    figure.savefig(path)
+    plt.close(figure)
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# The run
+
+
+def describe_machine(programs, options):
+    info = Path("/proc/cpuinfo").read_text() if Path("/proc/cpuinfo").exists() else ""
+    model = re.search(r"^model name\s*: (.*)$", info, re.M)
+    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    compiler = subprocess.run(["c++", "--version"], capture_output=True, text=True).stdout if shutil.which("c++") else ""
+    release = Path("/etc/os-release")
+    system = re.search(r'^PRETTY_NAME="(.*)"$', release.read_text(), re.M) if release.exists() else None
+    return {
+        "version": programs.version(), "program": hashlib.sha256(programs.gpsrecon.read_bytes()).hexdigest()[:16],
+        "cpu": model.group(1) if model else platform.machine(), "cores": os.cpu_count(), "memory_GB": memory / 2**30,
+        "compiler": compiler.splitlines()[0] if compiler else "compiler not known",
+        "system": system.group(1) if system else platform.system(), "threads": options.threads,
+        "samples": options.samples, "quick": options.quick,
+    }
+
+
+def same_run(out, machine, restart):
+    """Rows of one table must be of one machine and program: throws where they would not be."""
+    file = out / "machine.json"
+    if restart:
+        (out / "results.csv").unlink(missing_ok=True)
+    elif file.exists():
+        before = json.loads(file.read_text())
+        changed = [key for key in machine if before.get(key) != machine[key]]
+        if changed:
+            raise Failure(f"{out} holds a run with another {', '.join(changed)}; finish it with what it was begun with, or "
+                          "begin anew with --restart")
+    file.write_text(json.dumps(machine, indent=1) + "\n")
+
+
+def write_page(out, target, rows, machine, methods):
+    """The page as a file, its pictures beside it."""
+    target.parent.mkdir(parents=True, exist_ok=True)
+    draw(rows, out, target.parent / "pictures/benchmark", methods)
+    target.write_text(page(rows, machine, methods))
+    print(f"wrote {target}")
+
+
+def parse_arguments():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    data = os.environ.get("GPSRECON_DATA_DIR")
+    parser.add_argument("--quick", action="store_true", help="three small scans, up to 10^6 points: minutes")
+    parser.add_argument("--out", type=Path, help="folder of the results (default: build/benchmark/full or quick)")
+    parser.add_argument("--programs", type=Path, default=ROOT / "build/release/bin",
+                        help="folder of gpsrecon and the programs peer_*")
+    parser.add_argument("--data", type=Path, default=Path(data) if data else None,
+                        help="folder with scans/ and truth/ (default: GPSRECON_DATA_DIR, else none)")
+    parser.add_argument("--parts", default="accuracy,budget,growth,ridge", help="which parts, separated by commas")
+    parser.add_argument("--only", metavar="REGEX", help="scans of such names only")
+    parser.add_argument("--methods", type=lambda text: text.split(","), default=[], metavar="NAME,...",
+                        help="such methods only: gpsrecon, PoissonRecon, open3d_poisson, pcl_poisson, cgal_poisson, cgal_front")
+    parser.add_argument("--points", type=int, help="points of the scans of shapes (default: by scan)")
+    parser.add_argument("--samples", type=int, default=200_000, help="samples of each comparison, each way")
+    parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument("--timeout", type=float, default=1800, help="seconds after which a reconstruction has failed")
+    parser.add_argument("--peer-points", type=int, default=1_000_000,
+                        help="largest number of points that others than gpsrecon get in the growth part (normals take 2 GB at 10^6)")
+    parser.add_argument("--memory-limit", type=float, help="address space a reconstruction may take, in GB (default: 0.9 of the memory)")
+    parser.add_argument("--restart", action="store_true", help="forget what OUT holds")
+    parser.add_argument("--page-only", action="store_true", help="measure nothing, write the page from what OUT holds")
+    parser.add_argument("--publish", action="store_true", help="also write docs/benchmark.md and its pictures")
+    options = parser.parse_args()
+    options.parts = options.parts.split(",")
+    for part in options.parts:
+        if part not in ("accuracy", "budget", "growth", "ridge"):
+            parser.error(f"--parts: there is no part {part}")
+    options.out = options.out or ROOT / "build/benchmark" / ("quick" if options.quick else "full")
+    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    options.memory_limit = int(options.memory_limit * 1e9 if options.memory_limit else 0.9 * memory)
+    return options
+
+
+def run(options):
+    options.out.mkdir(parents=True, exist_ok=True)
+    if options.page_only:
+        state = json.loads((options.out / "results.json").read_text())
+        machine, methods = state["machine"], state["methods"]
+        rows = Results.read(options.out / "results.csv")
+    else:
+        programs = Programs(options.programs, options.threads)
+        machine = describe_machine(programs, options)
+        same_run(options.out, machine, options.restart)
+        results = Results(options.out / "results.csv")
+        methods = {m.name: m.title for m in programs.methods() if not options.methods or m.name in options.methods}
+        if not any("poisson" in name.lower() for name in methods):
+            print("benchmark.py: there is no Poisson to compare with", file=sys.stderr)
+        chosen = lambda scans: [s for s in scans if not options.only or re.search(options.only, s.name)]
+        scans = chosen(find_scans(options.quick, options.data))
+        ridge_scans = chosen(find_scans(True, None, QUICK_RIDGE_SHAPES if options.quick else RIDGE_SHAPES))
+        if options.data and (options.data / "scans/koala.s2.ply").exists():
+            ridge_scans += chosen([Scan("koala.s2", None, options.data)])
+        if options.points:
+            for scan in scans + ridge_scans:
+                scan.size = scan.size and options.points
+        with tempfile.TemporaryDirectory(prefix="gpsrecon-benchmark-") as folder:
+            benchmark = Benchmark(options, programs, results, Path(folder))
+            if "accuracy" in options.parts:
+                for scan in scans:
+                    benchmark.accuracy([scan], QUICK_SWEEPS if options.quick else FULL_SWEEPS)
+                    if "budget" in options.parts:
+                        benchmark.budget([scan])
+            if "ridge" in options.parts:
+                benchmark.ridge(ridge_scans)
+            if "growth" in options.parts and not options.only:
+                benchmark.growth(QUICK_GROWTH if options.quick else FULL_GROWTH)
+        rows = results.rows
+        (options.out / "results.json").write_text(
+            json.dumps({"machine": machine, "methods": methods, "rows": rows}, indent=1) + "\n")
+    write_page(options.out, options.out / "benchmark.md", rows, machine, methods)
+    if options.publish:
+        write_page(options.out, ROOT / "docs/benchmark.md", rows, machine, methods)
+
+
+def main():
+    try:
+        run(parse_arguments())
+        return 0
+    except (Failure, OSError) as error:
+        print(f"benchmark.py: {error}", file=sys.stderr)
+        return 3
+
+
+if __name__ == "__main__":
+    sys.exit(main())
