@@ -29,7 +29,6 @@ import signal
 import subprocess
 import sys
 import tempfile
-import time
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -76,45 +75,52 @@ class RunFailed(Exception):
 # Running programs
 
 
+# Starts a program and writes what it took to a file descriptor. A process of its own, and as small as can be: peak memory
+# is never below that of the process that a program was forked from.
+LAUNCHER = """
+import os, sys, time
+started = time.perf_counter()
+child = os.fork()
+if child == 0:
+    try:
+        os.execvp(sys.argv[2], sys.argv[2:])
+    except OSError as error:
+        os.write(2, f'{sys.argv[2]}: {error.strerror}'.encode())
+        os._exit(127)
+_, status, usage = os.wait4(child, 0)
+wall = time.perf_counter() - started
+os.write(int(sys.argv[1]), f'{os.waitstatus_to_exitcode(status)} {wall} {usage.ru_utime + usage.ru_stime} {usage.ru_maxrss}'.encode())
+"""
+
+
 def run_measured(command, timeout, memory_limit=None):
     """Wall and processor seconds and peak resident memory (MB) of a command, children included. Raises RunFailed."""
     def limit():
-        os.setsid()
         if memory_limit:
             resource.setrlimit(resource.RLIMIT_AS, (memory_limit, memory_limit))
 
-    with tempfile.TemporaryFile() as output:
-        started = time.perf_counter()
-        child = subprocess.Popen(list(map(str, command)), stdin=subprocess.DEVNULL, stdout=output, stderr=output,
-                                 preexec_fn=limit, env={**os.environ, "OMP_WAIT_POLICY": "PASSIVE"})
-        expired = False
-
-        def expire(*_):
-            nonlocal expired
-            expired = True
-            os.killpg(child.pid, signal.SIGKILL)
-
-        previous = signal.signal(signal.SIGALRM, expire)
-        signal.alarm(max(1, int(timeout)))
+    read, write = os.pipe()
+    with tempfile.TemporaryFile() as output, open(read) as measured:
+        launcher = subprocess.Popen([sys.executable, "-I", "-S", "-c", LAUNCHER, str(write), *map(str, command)],
+                                    stdin=subprocess.DEVNULL, stdout=output, stderr=output, pass_fds=[write],
+                                    preexec_fn=limit, start_new_session=True, env={**os.environ, "OMP_WAIT_POLICY": "PASSIVE"})
+        os.close(write)
         try:
-            _, status, usage = os.wait4(child.pid, 0)
-        except BaseException:
-            os.killpg(child.pid, signal.SIGKILL)
-            raise
+            launcher.wait(timeout)
+        except subprocess.TimeoutExpired:
+            raise RunFailed(f"stopped after {timeout:g} s") from None
         finally:
-            signal.alarm(0)
-            signal.signal(signal.SIGALRM, previous)
-        wall = time.perf_counter() - started
-        child.returncode = os.waitstatus_to_exitcode(status)
-        if expired:
-            raise RunFailed(f"stopped after {timeout:g} s")
-        if child.returncode != 0:
+            if launcher.poll() is None:
+                os.killpg(launcher.pid, signal.SIGKILL)
+                launcher.wait()
+        code, wall, cpu, peak_kb = measured.read().split()
+        if int(code) != 0:
             output.seek(0)
             lines = output.read().decode(errors="replace").strip().splitlines()
-            why = f"signal {-child.returncode}" if child.returncode < 0 else f"exit code {child.returncode}"
+            why = f"signal {-int(code)}" if int(code) < 0 else f"exit code {code}"
             raise RunFailed(f"{why}: {lines[-1][:200]}" if lines else why)
-    return {"wall_s": round(wall, 3), "cpu_s": round(usage.ru_utime + usage.ru_stime, 3),
-            "memory_MB": round(usage.ru_maxrss * 1024 / 1e6, 1)}
+    return {"wall_s": round(float(wall), 3), "cpu_s": round(float(cpu), 3),
+            "memory_MB": round(int(peak_kb) * 1024 / 1e6, 1)}
 
 
 OPEN3D_SCRIPT = """
@@ -253,10 +259,10 @@ def find_scans(quick, data, shapes=None):
 
 
 class Results:
-    """The rows of a run, kept in a file as they come."""
+    """The rows of a run, kept in a file as they come, and told to `say`."""
 
-    def __init__(self, path):
-        self.path, self.rows = path, []
+    def __init__(self, path, say=lambda line: print(line, flush=True)):
+        self.path, self.rows, self.say = path, [], say
         if path.exists():
             self.rows = self.read(path)
             # A run that was killed may have left half a line behind.
@@ -274,6 +280,8 @@ class Results:
     @staticmethod
     def read(path):
         text = path.read_text()
+        if text.split("\n", 1)[0].strip() != ",".join(COLUMNS):
+            raise Failure(f"{path} was written by another version of this program; begin anew with --restart")
         whole = text[: text.rfind("\n") + 1]
         rows = []
         for row in csv.DictReader(whole.splitlines()):
@@ -293,7 +301,7 @@ class Results:
         with self.path.open("a", newline="") as file:
             csv.DictWriter(file, COLUMNS).writerow(row)
         self.rows.append(row)
-        print(describe(row), flush=True)
+        self.say(describe(row))
 
 
 def number(text):
@@ -606,7 +614,7 @@ def growth_lines(rows, titles):
         if all(values):
             ratios.append(f"{titles[method]} {values[0]:.1f} in processor time and {values[1]:.1f} in memory")
     return ["## Growth", "", f"One surface (`shape:{GROWTH_SHAPE} --quality s1`) with more and more points; normals included. "
-            "Below some 15 MB the figures for memory are", "those of the program that measures.", "",
+            "Below some 10 MB the figures for memory are", "those of the program that measures.", "",
             *(["From 10⁵ to 10⁶ points: " + "; ".join(ratios) + ".", ""] if ratios else []),
             "![Time and memory against the number of points](pictures/benchmark/growth.png)", "",
             *table(["points", "", "CPU, s", "wall, s", "memory, MB", "bytes per point"], body)]
@@ -689,11 +697,14 @@ COLORS = {"gpsrecon": "black", "pcl_poisson": "tab:red", "open3d_poisson": "tab:
 
 
 def draw(rows, out, pictures, methods):
-    """All pictures there is something for. Late import: until here this program must be small, because a child's peak
-    memory is never below that of the process it was forked from."""
-    import matplotlib
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
+    """All pictures there is something for."""
+    try:
+        import matplotlib
+        matplotlib.use("Agg")
+        import matplotlib.pyplot as plt
+    except ImportError:
+        print("benchmark.py: there is no matplotlib (python3-matplotlib), so there are no pictures", file=sys.stderr)
+        return
     plt.rcParams.update({"font.size": 9, "axes.grid": True, "grid.alpha": 0.3, "savefig.dpi": 110, "figure.autolayout": True})
     pictures.mkdir(parents=True, exist_ok=True)
     titles, scans = titles_of(rows, methods), sweep_scans(rows)
