@@ -217,6 +217,26 @@ TEST(Ridge, SaysWhichPointsDoNotReachIt) {
   EXPECT_NEAR(between.position.z(), 0.075, 1e-5);  // the middle, by symmetry; 0.15 is less than two deviations
 }
 
+// Where a step leads into the reach of components that are out of reach where it starts.
+TEST(Ridge, SeesTheComponentsAroundEachPlaceItComesTo) {
+  const Mixture mixture = mixture_of(
+      {{Vec3(0, 0, 0), Sym3::diagonal(1, 1, 0.25)}, {Vec3(0, 0, 0.1), Sym3::diagonal(0.0025, 0.0025, 0.0016)}});
+  const std::vector<Vec3> points = {{0, 0, 2}, {0, 0, 0.15}};
+  const std::vector<RidgePoint> found = project_to_ridge(mixture, points);
+  ASSERT_TRUE(found[0].on_ridge && found[1].on_ridge);
+  EXPECT_GT(found[1].position.z(), 0.09);
+  EXPECT_NEAR(found[0].position.z(), found[1].position.z(), 1e-6);
+}
+
+// In the middle of six balls the density is smallest: the gradient vanishes there, but that is no ridge.
+TEST(Ridge, IsNotWhereTheDensityIsSmallest) {
+  std::vector<Gaussian> balls;
+  for (int k = 0; k < 3; ++k)
+    for (const double side : {-3.0, 3.0}) balls.push_back({side * Vec3::Unit(k), Sym3::identity()});
+  const std::vector<Vec3> middle = {Vec3::Zero()};
+  EXPECT_FALSE(project_to_ridge(mixture_of(balls), middle)[0].on_ridge);
+}
+
 TEST(Ridge, RefusesWhatHasNone) {
   const std::vector<Vec3> points = {Vec3::Zero()};
   EXPECT_THROW(project_to_ridge({}, points), InvariantError);
