@@ -147,6 +147,7 @@ class Programs:
         self.gpsrecon = folder / "gpsrecon"
         if not self.gpsrecon.exists():
             raise Failure(f"{self.gpsrecon} is not there; build it with scripts/build.sh -DGPSRECON_BUILD_BENCHMARKS=ON")
+        self.poissons = self.find_poissons()
 
     def tool(self, name):
         path = self.folder / name
@@ -166,7 +167,7 @@ class Programs:
     def version(self):
         return subprocess.run([str(self.gpsrecon), "--version"], capture_output=True, text=True).stdout.strip()
 
-    def poissons(self):
+    def find_poissons(self):
         """Poisson reconstructions, the most recent code first."""
         found = []
         binary = shutil.which("PoissonRecon")
@@ -187,7 +188,7 @@ class Programs:
     def methods(self):
         found = [Method("gpsrecon", "gpsrecon", lambda points, mesh, detail: self.reconstruct(
             points, mesh, *(["--detail", detail] if detail else [])), ("",) + DETAILS, False)]
-        found += self.poissons()
+        found += self.poissons
         cgal_poisson, front = self.tool("peer_cgal_poisson"), self.tool("peer_cgal_front")
         if cgal_poisson:
             found.append(Method("cgal_poisson", "Poisson on a Delaunay triangulation, CGAL",
@@ -199,9 +200,10 @@ class Programs:
 
 
 def open3d_python():
-    """A Python that has Open3D."""
+    """A Python that has Open3D; None if there is none."""
     for python in (sys.executable, "/usr/bin/python3"):
-        if os.path.exists(python) and subprocess.run([python, "-c", "import open3d"], capture_output=True).returncode == 0:
+        look = "import importlib.util, sys; sys.exit(importlib.util.find_spec('open3d') is None)"
+        if os.path.exists(python) and subprocess.run([python, "-c", look], capture_output=True).returncode == 0:
             return python
     return None
 
@@ -414,7 +416,7 @@ class Benchmark:
     def budget(self, scans):
         """gpsrecon with a tenth of the vertices of Poisson at each depth; of all that are there, the first."""
         for scan in scans:
-            for method in self.wanted(self.programs.poissons())[:1]:
+            for method in self.wanted(self.programs.poissons)[:1]:
                 for row in list(self.results.rows):
                     if (row["part"], row["scan"], row["method"], row["status"]) != ("accuracy", scan.name, method.name, "ok"):
                         continue
@@ -427,7 +429,7 @@ class Benchmark:
         for size in sizes:
             scan = Scan(f"{GROWTH_SHAPE}.s1", size)
             scan.name += f"@{size}"  # what tells the rows apart
-            depths = {method.name: GROWTH_DEPTH for method in self.programs.poissons()}
+            depths = {method.name: GROWTH_DEPTH for method in self.programs.poissons}
             for method in self.wanted(self.programs.methods()):
                 # Of CGAL's Poisson one size more would take longer than all else.
                 if method.name == "cgal_poisson" or (method.name != "gpsrecon" and size > self.options.peer_points):
@@ -657,11 +659,20 @@ def picture_lines(rows, sweeps):
             "![Time against error](pictures/benchmark/effort.png)", ""]
 
 
-def page(rows, machine, methods):
+NOTES = re.compile(r"<!-- notes -->\n.*?<!-- /notes -->\n", re.S)
+
+
+def notes_of(target):
+    """What was added to a page by hand, between two marks; it stays there when the page is written again."""
+    found = NOTES.search(target.read_text()) if target.exists() else None
+    return found.group() if found else "<!-- notes -->\n<!-- /notes -->\n"
+
+
+def page(rows, machine, methods, notes=""):
     titles = titles_of(rows, methods)
     sweeps = sweep_scans(rows)
     lines = ["# Benchmark", "",
-             "Written by `scripts/benchmark.py`; do not edit. gpsrecon against other reconstructions of the same points, in one run on one machine.",
+             "Written by `scripts/benchmark.py`, all but the notes. gpsrecon against other reconstructions of the same points, in one run on one machine.",
              "(The programs that time single stages are run by `scripts/benchmark.sh`.)", "",
              "    scripts/benchmark.py --quick    # minutes; into build/benchmark/quick",
              "    scripts/benchmark.py            # about an hour; into build/benchmark/full",
@@ -673,6 +684,7 @@ def page(rows, machine, methods):
              "* Normals for Poisson: planes of 18 neighbours (36 for s3), oriented along a minimum spanning tree, by CGAL.",
              "* Processor time, wall time and peak memory of whole processes, from files to files. That of gpsrecon includes its report,",
              "  which measures the distance of every point.", "",
+             *notes.splitlines(), "",
              *accuracy_lines(rows, titles), *budget_lines(rows, titles), *picture_lines(rows, sweeps),
              *growth_lines(rows, titles), *ridge_lines(rows), *loss_lines(rows, titles)]
     return "\n".join(lines).rstrip() + "\n"
@@ -840,25 +852,25 @@ def describe_machine(programs, options):
     }
 
 
-def same_run(out, machine, restart):
+def same_run(out, machine, methods, restart):
     """Rows of one table must be of one machine and program: throws where they would not be."""
     file = out / "machine.json"
     if restart:
         (out / "results.csv").unlink(missing_ok=True)
     elif file.exists():
-        before = json.loads(file.read_text())
+        before = json.loads(file.read_text())["machine"]
         changed = [key for key in machine if before.get(key) != machine[key]]
         if changed:
             raise Failure(f"{out} holds a run with another {', '.join(changed)}; finish it with what it was begun with, or "
                           "begin anew with --restart")
-    file.write_text(json.dumps(machine, indent=1) + "\n")
+    file.write_text(json.dumps({"machine": machine, "methods": methods}, indent=1) + "\n")
 
 
 def write_page(out, target, rows, machine, methods):
     """The page as a file, its pictures beside it."""
     target.parent.mkdir(parents=True, exist_ok=True)
     draw(rows, out, target.parent / "pictures/benchmark", methods)
-    target.write_text(page(rows, machine, methods))
+    target.write_text(page(rows, machine, methods, notes_of(target)))
     print(f"wrote {target}")
 
 
@@ -899,15 +911,15 @@ def parse_arguments():
 def run(options):
     options.out.mkdir(parents=True, exist_ok=True)
     if options.page_only:
-        state = json.loads((options.out / "results.json").read_text())
+        state = json.loads((options.out / "machine.json").read_text())
         machine, methods = state["machine"], state["methods"]
         rows = Results.read(options.out / "results.csv")
     else:
         programs = Programs(options.programs, options.threads)
         machine = describe_machine(programs, options)
-        same_run(options.out, machine, options.restart)
-        results = Results(options.out / "results.csv")
         methods = {m.name: m.title for m in programs.methods() if not options.methods or m.name in options.methods}
+        same_run(options.out, machine, methods, options.restart)
+        results = Results(options.out / "results.csv")
         if not any("poisson" in name.lower() for name in methods):
             print("benchmark.py: there is no Poisson to compare with", file=sys.stderr)
         chosen = lambda scans: [s for s in scans if not options.only or re.search(options.only, s.name)]
@@ -930,8 +942,8 @@ def run(options):
             if "growth" in options.parts and not options.only:
                 benchmark.growth(QUICK_GROWTH if options.quick else FULL_GROWTH)
         rows = results.rows
-        (options.out / "results.json").write_text(
-            json.dumps({"machine": machine, "methods": methods, "rows": rows}, indent=1) + "\n")
+    (options.out / "results.json").write_text(
+        json.dumps({"machine": machine, "methods": methods, "rows": rows}, indent=1) + "\n")
     write_page(options.out, options.out / "benchmark.md", rows, machine, methods)
     if options.publish:
         write_page(options.out, ROOT / "docs/benchmark.md", rows, machine, methods)

@@ -58,7 +58,7 @@ class Whole(unittest.TestCase):
     @classmethod
     def run_benchmark(cls, *arguments):
         command = [ROOT / "scripts/benchmark.py", "--quick", "--programs", cls.programs, "--out", cls.out,
-                   "--only", "^block.s2$", "--points", "2500", "--samples", "5000", "--parts", "accuracy,budget",
+                   "--only", "^block.s2$", "--points", "2500", "--samples", "2000", "--parts", "accuracy,budget",
                    "--methods", "gpsrecon,PoissonRecon,cgal_front", *arguments]
         environment = {**os.environ, "PATH": f"{cls.path}:{os.environ['PATH']}"}
         return subprocess.run(list(map(str, command)), capture_output=True, text=True, env=environment)
@@ -123,8 +123,18 @@ class Whole(unittest.TestCase):
         finally:
             (self.out / "results.csv").write_text("\n".join(before) + "\n")
 
+    def test_writes_the_page_anew_but_for_the_notes(self):
+        path = self.out / "benchmark.md"
+        self.run_benchmark("--page-only")
+        before = path.read_text()
+        path.write_text("nothing left\n<!-- notes -->\nWhy so?\n<!-- /notes -->\nof it")
+        result = self.run_benchmark("--page-only")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertEqual(path.read_text().replace("Why so?\n", ""), before)
+        self.assertIn("Why so?", path.read_text())
+
     def test_refuses_to_mix_runs(self):
-        result = self.run_benchmark("--samples", "6000")
+        result = self.run_benchmark("--samples", "3000")
         self.assertEqual(result.returncode, 3)
         self.assertIn("samples", result.stderr)
         self.assertIn("--restart", result.stderr)
