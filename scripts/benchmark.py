@@ -37,7 +37,8 @@ DEPTHS = (7, 8, 9, 10)
 DETAILS = (0.25, 0.35, 0.5, 0.7, 1.4)  # besides 1, the default
 GROWTH_DEPTH = 8
 GROWTH_SHAPE = "knot"
-RIDGE_SAMPLES = 20_000
+RIDGE_SAMPLES = 100_000
+SLICE = 0.003  # half thickness of the slices shown of them, in extents
 # Of the grades that are noisy, normals are estimated from more neighbours.
 NEIGHBORS = {"s1": 18, "s2": 18, "s3": 36}
 
@@ -634,7 +635,8 @@ def ridge_lines(rows):
             "publication has it; the fit then moves the Gaussians off the ridge on purpose, towards the points.", "",
             *table(["scan", "Gaussians", "σ₀", "mean", "median", "95 %", "largest", "lost"], body),
             "![Sections of surface and ridge](pictures/benchmark/ridge.png)", "",
-            "Sections through the surface before the fit (black) and where its points come to rest on the ridge (blue; red: lost).", ""]
+            "Sections through the surface before the fit (black) and where its points come to rest on the ridge (blue; red: lost), at the place where",
+            "the two are farthest apart.", ""]
 
 
 def loss_lines(rows, titles):
@@ -729,6 +731,10 @@ def draw(rows, out, pictures, methods):
         draw_ridge(plt, rows, out, pictures / "ridge.png")
 
 
+# Offsets of the flags of consecutive points, so that they do not cover each other.
+FLAG_PLACES = ((5, 9), (5, -13), (-34, 12), (-34, -16))
+
+
 def draw_effort(plt, rows, scans, titles, path):
     """Figure 14a."""
     figure, axes = plt.subplots(len(scans), 2, figsize=(11, 3.8 * len(scans)), squeeze=False)
@@ -743,23 +749,28 @@ def draw_effort(plt, rows, scans, titles, path):
                 axis.plot(xs, ys, "o-", color=COLORS.get(method), label=titles[method], markersize=4, linewidth=1)
                 for k, (x, y, r) in enumerate(zip(xs, ys, here)):
                     setting = r["setting"] or ("1" if method == "gpsrecon" else "")
-                    axis.annotate(f"{setting}{': ' if setting else ''}{peak(r):.0f} MB", (x, y), xytext=(4, 8 if k % 2 else -11),
+                    axis.annotate(f"{setting}{': ' if setting else ''}{peak(r):.0f} MB", (x, y), xytext=FLAG_PLACES[k % len(FLAG_PLACES)],
                                   textcoords="offset points", fontsize=6, color=COLORS.get(method),
                                   arrowprops={"arrowstyle": "-", "linestyle": "--", "linewidth": 0.5, "color": COLORS.get(method)})
             axis.set(xscale="log", yscale="log", xlabel="RMS, points to mesh, %" if key == "self_rms" else "RMS, truth to mesh, %",
                      ylabel="processor time, s", title=scan)
-            axis.margins(0.15)
+            axis.margins(0.22)
         line[0].legend(fontsize=7)
     figure.savefig(path)
     plt.close(figure)
 
 
 def draw_histograms(plt, rows, scans, titles, path):
-    """Figure 13c."""
+    """Figure 13c. Of several Poisson reconstructions the first."""
+    poissons = [method for method in titles if method not in ("gpsrecon", "cgal_poisson", "cgal_front")]
+    shown = [method for method in titles if method not in poissons[1:]]
     figure, axes = plt.subplots(len(scans), 2, figsize=(11, 3.2 * len(scans)), squeeze=False)
     for line, scan in zip(axes, scans):
         for axis, key, text in zip(line, ("self_histogram", "truth_histogram"), ("points to mesh", "mesh to truth")):
-            for method in titles:
+            for method in shown:
+                # The advancing front goes through all points: all their distances are 0.
+                if method == "cgal_front" and key == "self_histogram":
+                    continue
                 here = select(rows, part="accuracy", scan=scan, method=method)
                 here = [r for r in here if r["setting"] == ""] if method == "gpsrecon" else here
                 for k, row in enumerate(here):
@@ -770,7 +781,8 @@ def draw_histograms(plt, rows, scans, titles, path):
                     axis.stairs(share, bounds, color=COLORS.get(method), label=label(row, titles), linewidth=1.8 if method == "gpsrecon" else 1,
                                 linestyle=["-", "--", ":", "-."][k % 4])
             axis.set(xscale="log", xlabel=f"distance, {text}, % of the diagonal", ylabel="share, %", title=scan)
-        line[0].legend(fontsize=6)
+            axis.set_xlim(left=5e-4)
+        line[1].legend(fontsize=6)
     figure.savefig(path)
     plt.close(figure)
 
@@ -801,7 +813,8 @@ def read_ridge(path):
 
 
 def draw_ridge(plt, rows, out, path):
-    """Figures 2 and 15: thin slices across the second largest extent; beside each its densest part, larger."""
+    """Figures 2 and 15: a thin slice, across the second largest extent, through the sample that moved farthest; beside it
+    the surroundings of that sample."""
     files = [(row["scan"], out / f"ridge.{row['scan']}.not-fitted.ply")
              for row in select(rows, part="ridge", setting="not fitted")]
     files = [(scan, file) for scan, file in files if file.exists()]
@@ -810,24 +823,24 @@ def draw_ridge(plt, rows, out, path):
     figure, axes = plt.subplots(len(files), 2, figsize=(11, 4.2 * len(files)), squeeze=False)
     for line, (scan, file) in zip(axes, files):
         samples = read_ridge(file)
-        low = [min(s[1][k] for s in samples) for k in range(3)]
-        extent = [max(s[1][k] for s in samples) - low[k] for k in range(3)]
+        extent = [max(s[1][k] for s in samples) - min(s[1][k] for s in samples) for k in range(3)]
         across = sorted(range(3), key=lambda k: extent[k])[1]
         u, v = [k for k in range(3) if k != across]
-        middle = low[across] + extent[across] / 2
-        # Points of a slice this thin show the section as a line.
-        here = [s for s in samples if abs(s[1][across] - middle) < 0.0125 * extent[across]]
-        for axis in line:
-            axis.scatter([s[1][u] for s in here], [s[1][v] for s in here], s=5, color="black", label="surface", linewidths=0)
-            arrived, lost = [s for s in here if s[2]], [s for s in here if not s[2]]
-            axis.scatter([s[0][u] for s in arrived], [s[0][v] for s in arrived], s=3, color="tab:blue", label="ridge", linewidths=0)
+        far = max(samples, key=lambda s: sum((a - b) ** 2 for a, b in zip(s[0], s[1])) if s[2] else 0)
+        here = [s for s in samples if abs(s[1][across] - far[1][across]) < SLICE * extent[across]]
+        arrived, lost = [s for s in here if s[2]], [s for s in here if not s[2]]
+        half = 0.08 * max(extent[u], extent[v])
+        for axis, size, title in zip(line, (2, 7), (scan, f"{scan}, detail")):
+            for s in arrived:
+                axis.plot([s[0][u], s[1][u]], [s[0][v], s[1][v]], color="tab:blue", linewidth=0.6)
+            axis.scatter([s[1][u] for s in here], [s[1][v] for s in here], s=size, color="black", label="surface", linewidths=0, zorder=2)
+            axis.scatter([s[0][u] for s in arrived], [s[0][v] for s in arrived], s=size, color="tab:blue", label="ridge",
+                         linewidths=0, zorder=3)
             axis.scatter([s[0][u] for s in lost], [s[0][v] for s in lost], s=14, color="tab:red", marker="x", label="lost", linewidths=1)
-            axis.set(aspect="equal", title=scan)
-        # The detail: around the sample that moved farthest of those in the slice.
-        far = max(here, key=lambda s: sum((a - b) ** 2 for a, b in zip(s[0], s[1])) if s[2] else 0)
-        half = 0.12 * max(extent[u], extent[v])
-        line[1].set(xlim=(far[1][u] - half, far[1][u] + half), ylim=(far[1][v] - half, far[1][v] + half), title=f"{scan}, detail")
-        line[0].legend(fontsize=7, loc="upper right")
+            axis.set_aspect("equal")
+            axis.set_title(title)
+        line[1].set(xlim=(far[1][u] - half, far[1][u] + half), ylim=(far[1][v] - half, far[1][v] + half))
+        line[1].legend(fontsize=7)
     figure.savefig(path)
     plt.close(figure)
 
