@@ -679,13 +679,14 @@ def page(rows, machine, methods, notes=""):
              "    scripts/benchmark.py --quick    # minutes; into build/benchmark/quick",
              "    scripts/benchmark.py            # about an hour; into build/benchmark/full",
              "    scripts/benchmark.py --publish  # and onto this page", "",
-             f"* {machine['version']}; one run each, seed {SEED}, {machine['threads']} threads; {machine['samples']:,} samples each way.",
+             f"* The {'quick' if machine['quick'] else 'full'} run of {machine['version']}; one run of each reconstruction, seed {SEED}, {machine['threads']} threads; {machine['samples']:,} samples each way.",
              f"* {machine['cpu']}, {machine['cores']} cores, {machine['memory_GB']:.0f} GB; {machine['compiler']}; {machine['system']}.",
              f"* Load of the machine during the measurements: {load_text(rows)}. Under load the wall times say little; processor times are what to compare.",
              "* Methods: " + "; ".join(f"{titles[name]}: {text}" for name, text in methods.items()) + ".",
              "* Normals for Poisson: planes of 18 neighbours (36 for s3), oriented along a minimum spanning tree, by CGAL.",
              "* Processor time, wall time and peak memory of whole processes, from files to files. That of gpsrecon includes its report,",
-             "  which measures the distance of every point.", "",
+             "  which measures the distance of every point. Bytes are those of the files as each program writes them: coordinates as float,",
+             "  of covariance meshes and Open3D as double.", "",
              *notes.splitlines(), "",
              *accuracy_lines(rows, titles), *budget_lines(rows, titles), *picture_lines(rows, sweeps),
              *growth_lines(rows, titles), *ridge_lines(rows), *loss_lines(rows, titles)]
@@ -829,12 +830,12 @@ def draw_ridge(plt, rows, out, path):
         far = max(samples, key=lambda s: sum((a - b) ** 2 for a, b in zip(s[0], s[1])) if s[2] else 0)
         here = [s for s in samples if abs(s[1][across] - far[1][across]) < SLICE * extent[across]]
         arrived, lost = [s for s in here if s[2]], [s for s in here if not s[2]]
-        half = 0.08 * max(extent[u], extent[v])
-        for axis, size, title in zip(line, (2, 7), (scan, f"{scan}, detail")):
+        half = 0.06 * max(extent[u], extent[v])
+        for axis, size, title in zip(line, (3, 14), (scan, f"{scan}, detail")):
             for s in arrived:
-                axis.plot([s[0][u], s[1][u]], [s[0][v], s[1][v]], color="tab:blue", linewidth=0.6)
+                axis.plot([s[0][u], s[1][u]], [s[0][v], s[1][v]], color="tab:blue", linewidth=0.8)
             axis.scatter([s[1][u] for s in here], [s[1][v] for s in here], s=size, color="black", label="surface", linewidths=0, zorder=2)
-            axis.scatter([s[0][u] for s in arrived], [s[0][v] for s in arrived], s=size, color="tab:blue", label="ridge",
+            axis.scatter([s[0][u] for s in arrived], [s[0][v] for s in arrived], s=size / 2.5, color="tab:blue", label="ridge",
                          linewidths=0, zorder=3)
             axis.scatter([s[0][u] for s in lost], [s[0][v] for s in lost], s=14, color="tab:red", marker="x", label="lost", linewidths=1)
             axis.set_aspect("equal")
