@@ -12,6 +12,7 @@ ROOT = Path(__file__).resolve().parent.parent.parent
 PROGRAM = Path(sys.argv.pop(1))
 sys.path.insert(0, str(ROOT / "scripts"))
 import benchmark
+import benchmark_page
 
 # The script runs with the system's Python.
 HAS_MATPLOTLIB = subprocess.run(["/usr/bin/python3", "-c", "import matplotlib"], capture_output=True).returncode == 0
@@ -80,7 +81,7 @@ class Whole(unittest.TestCase):
             self.assertEqual((self.out / f"pictures/benchmark/{picture}.png").read_bytes()[1:4], b"PNG")
 
     def test_measures_the_program_and_what_it_made(self):
-        (ours,) = benchmark.select(self.rows, part="accuracy", method="gpsrecon", setting="")
+        (ours,) = benchmark_page.select(self.rows, part="accuracy", method="gpsrecon", setting="")
         self.assertEqual(ours["points"], 2500)
         self.assertGreater(ours["cpu_s"], 0)
         self.assertGreater(ours["memory_MB"], 0)
@@ -90,7 +91,7 @@ class Whole(unittest.TestCase):
         self.assertLess(ours["control_vertices"], ours["vertices"])
 
     def test_others_get_normals_that_count_and_are_judged_alike(self):
-        rows = benchmark.select(self.rows, part="accuracy", method="PoissonRecon")
+        rows = benchmark_page.select(self.rows, part="accuracy", method="PoissonRecon")
         self.assertEqual([r["setting"] for r in rows], ["7", "8", "9", "10"])
         for r in rows:
             self.assertEqual((r["rms_mesh_to_truth"], r["rms_truth_to_mesh"]), (0, 0))  # it returns the truth
@@ -104,9 +105,9 @@ class Whole(unittest.TestCase):
         self.assertIn("exit code 9: it is too steep", (self.out / "benchmark.md").read_text())
 
     def test_budget_is_a_tenth_of_the_vertices_at_each_depth(self):
-        rows = benchmark.select(self.rows, part="budget")
+        rows = benchmark_page.select(self.rows, part="budget")
         self.assertEqual([r["setting"] for r in rows], [f"PoissonRecon {d}" for d in (7, 8, 9, 10)])
-        poisson = benchmark.select(self.rows, part="accuracy", method="PoissonRecon")[0]
+        poisson = benchmark_page.select(self.rows, part="accuracy", method="PoissonRecon")[0]
         for r in rows:
             self.assertLessEqual(r["control_vertices"], max(4, poisson["vertices"] // 10))
 
@@ -170,13 +171,13 @@ class Rules(unittest.TestCase):
 
     def test_normals_count(self):
         r = row(cpu_s=2.0, normals_cpu_s=3.0, memory_MB=50, normals_memory_MB=70)
-        self.assertEqual((benchmark.total(r, "cpu_s"), benchmark.peak(r)), (5, 70))
+        self.assertEqual((benchmark_page.total(r, "cpu_s"), benchmark_page.peak(r)), (5, 70))
         r = row(cpu_s=2.0, memory_MB=50)
-        self.assertEqual((benchmark.total(r, "cpu_s"), benchmark.peak(r)), (2, 50))
+        self.assertEqual((benchmark_page.total(r, "cpu_s"), benchmark_page.peak(r)), (2, 50))
 
     def test_equal_accuracy_is_judged_in_each_direction(self):
         poisson = row(rms_mesh_to_truth=0.02, rms_truth_to_mesh=0.03, normal_angle=2)
-        verdict = lambda m, t, n: benchmark.equal_accuracy(
+        verdict = lambda m, t, n: benchmark_page.equal_accuracy(
             poisson, row(rms_mesh_to_truth=m, rms_truth_to_mesh=t, normal_angle=n))
         self.assertEqual(verdict(0.02, 0.03, 2), (True, True, True))
         self.assertEqual(verdict(0.021, 0.01, 3), (False, True, False))
@@ -191,28 +192,28 @@ class Rules(unittest.TestCase):
         rows = [self.figures(),
                 self.figures(**other, setting="7", rms_mesh_to_truth=0.9, cpu_s=1.0),  # faster, but not the best depth
                 self.figures(**other, setting="8", rms_mesh_to_truth=0.01, cpu_s=1.5, normals_cpu_s=1.0)]
-        found = benchmark.losses(rows, ["gpsrecon", "pcl_poisson"])
+        found = benchmark_page.losses(rows, ["gpsrecon", "pcl_poisson"])
         self.assertEqual([f[:5] for f in found], [("a", "RMS mesh to truth", "%", 0.02, 0.01)])
         self.assertIn("| a | RMS mesh to truth | 0.0200 % | 0.0100 % | PCL Poisson, depth 8 |",
-                      "\n".join(benchmark.loss_lines(rows, benchmark.titles_of(rows, []))))
+                      "\n".join(benchmark_page.loss_lines(rows, benchmark_page.titles_of(rows, []))))
         # The covariance mesh is what is stored.
         rows[2]["bytes_mesh"] = 799
-        self.assertIn("bytes of the result", [f[1] for f in benchmark.losses(rows, ["pcl_poisson"])])
+        self.assertIn("bytes of the result", [f[1] for f in benchmark_page.losses(rows, ["pcl_poisson"])])
         rows[2]["status"] = "exit code 1"
-        self.assertIn("processor time", [f[1] for f in benchmark.losses(rows, ["pcl_poisson"])])  # now depth 7 is the best
+        self.assertIn("processor time", [f[1] for f in benchmark_page.losses(rows, ["pcl_poisson"])])  # now depth 7 is the best
 
     def test_budget_table_pairs_each_depth(self):
         rows = [self.figures(method="pcl_poisson", setting="7", vertices=500), self.figures(method="pcl_poisson", setting="8"),
                 self.figures(part="budget", setting="pcl_poisson 7", control_vertices=50, normal_angle=2.5),
                 self.figures(part="budget", setting="pcl_poisson 8", rms_truth_to_mesh=0.04)]
-        text = "\n".join(benchmark.budget_lines(rows, benchmark.titles_of(rows, [])))
+        text = "\n".join(benchmark_page.budget_lines(rows, benchmark_page.titles_of(rows, [])))
         self.assertIn("| a | 7 | 500 | 0.0200 / 0.0300, 2.00° | 50 | **0.0200** / **0.0300**, 2.50° | yes |", text)
         self.assertRegex(text, r"\| a \| 8 \| .* \*\*0.0200\*\* / 0.0400, \*\*2.00°\*\* \| no \|")
         self.assertIn("Of 2 pairs gpsrecon is at least as accurate from mesh to truth in 2, from truth to mesh in 1, in its normals in 1", text)
 
     def test_growth_ratio(self):
-        rows = [self.figures(part="growth", scan=f"{benchmark.GROWTH_SHAPE}.s1@{n}", cpu_s=t) for n, t in ((1000, 2.0), (10000, 24.0))]
-        ratio = lambda a, b: benchmark.growth_ratio(rows, "gpsrecon", a, b, lambda r: benchmark.total(r, "cpu_s"))
+        rows = [self.figures(part="growth", scan=f"{benchmark_page.GROWTH_SHAPE}.s1@{n}", cpu_s=t) for n, t in ((1000, 2.0), (10000, 24.0))]
+        ratio = lambda a, b: benchmark_page.growth_ratio(rows, "gpsrecon", a, b, lambda r: benchmark_page.total(r, "cpu_s"))
         self.assertEqual(ratio(1000, 10000), 12)
         self.assertIsNone(ratio(1000, 100000))
 
