@@ -448,6 +448,15 @@ class Benchmark:
 # The run
 
 
+def build_programs():
+    """Installs what is missing, builds what has changed, and returns the folder of the programs."""
+    for command in (["scripts/install_packages.sh", "benchmark"],
+                    ["scripts/build.sh", "-DGPSRECON_BUILD_BENCHMARKS=ON", "benchmark_programs"]):
+        if subprocess.run(command, cwd=ROOT, stdout=sys.stderr).returncode != 0:
+            raise Failure(f"{' '.join(command)} failed")
+    return ROOT / "build/release/bin"
+
+
 def describe_machine(programs, options):
     info = Path("/proc/cpuinfo").read_text() if Path("/proc/cpuinfo").exists() else ""
     model = re.search(r"^model name\s*: (.*)$", info, re.M)
@@ -483,8 +492,8 @@ def parse_arguments():
     data = os.environ.get("GPSRECON_DATA_DIR")
     parser.add_argument("--quick", action="store_true", help="three small scans, up to 10^6 points: minutes")
     parser.add_argument("--out", type=Path, help="folder of the results (default: build/benchmark/full or quick)")
-    parser.add_argument("--programs", type=Path, default=ROOT / "build/release/bin",
-                        help="folder of gpsrecon and the programs peer_*")
+    parser.add_argument("--programs", type=Path,
+                        help="folder of gpsrecon and the programs peer_* (default: build/release/bin, after building them)")
     parser.add_argument("--data", type=Path, default=Path(data) if data else None,
                         help="folder with scans/ and truth/ (default: GPSRECON_DATA_DIR, else none)")
     parser.add_argument("--parts", default="accuracy,budget,growth,ridge", help="which parts, separated by commas")
@@ -519,7 +528,7 @@ def run(options):
         machine, methods = state["machine"], state["methods"]
         rows = Results.read(options.out / "results.csv")
     else:
-        programs = Programs(options.programs, options.threads)
+        programs = Programs(options.programs or build_programs(), options.threads)
         machine = describe_machine(programs, options)
         methods = {m.name: m.title for m in programs.methods() if not options.methods or m.name in options.methods}
         same_run(options.out, machine, methods, options.restart)
