@@ -13,7 +13,8 @@ PATH. All get normals by the program peer_normals, whose time counts. The scans 
 Every measurement is a row of OUT/results.csv, written as soon as it is made: a run that was stopped goes on where it
 was. Then OUT/results.json, OUT/benchmark.md and OUT/pictures/benchmark/ are made. Docs: docs/benchmark.md.
 
-Exit codes: 0 done (a reconstruction that fails is a result), 2 usage, 3 a program that measures failed.
+Exit codes: 0 done (a reconstruction that fails is a result), 2 usage, 3 a program that measures failed,
+130 stopped.
 """
 
 import argparse
@@ -563,9 +564,14 @@ def run(options):
 
 
 def main():
+    # As for Ctrl-C: what is running is stopped, too.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         run(parse_arguments())
         return 0
+    except KeyboardInterrupt:
+        print("benchmark.py: stopped; the same command goes on where it was", file=sys.stderr)
+        return 130
     except (Failure, OSError) as error:
         print(f"benchmark.py: {error}", file=sys.stderr)
         return 3

@@ -56,6 +56,7 @@ TEST(Ridge, OfASingleFlatGaussianIsItsPlane) {
   const Vec3 mean(3, -2, 5);
   const Mixture mixture = mixture_of({{mean, congruence(axes, Sym3::diagonal(1, 2, 0.01))}});
   std::vector<Vec3> points;
+  points.reserve(200);
   for (int i = 0; i < 200; ++i)
     points.push_back(mean + axes * Vec3(random.uniform(-2, 2), random.uniform(-2, 2), random.uniform(-0.5, 0.5)));
   const std::vector<RidgePoint> found = project_to_ridge(mixture, points);
@@ -115,6 +116,7 @@ TEST(Ridge, FulfilsItsDefinition) {
   Random random(3);
   const Mixture mixture = crumpled_sheet(random, 150);
   std::vector<Vec3> points;
+  points.reserve(40);
   for (int i = 0; i < 40; ++i) points.emplace_back(random.uniform(-0.7, 0.7), random.uniform(-0.7, 0.7), 0.0);
   int checked = 0;
   for (const RidgePoint& p : project_to_ridge(mixture, points)) {
@@ -147,6 +149,7 @@ TEST(Ridge, MovesWithTheMixtureAndIsTheSameForAnyNumberOfThreads) {
   Random random(4);
   const Mixture mixture = crumpled_sheet(random, 150);
   std::vector<Vec3> points;
+  points.reserve(300);
   for (int i = 0; i < 300; ++i)
     points.emplace_back(random.uniform(-0.7, 0.7), random.uniform(-0.7, 0.7), random.uniform(-0.05, 0.05));
   RunContext one, four;
@@ -166,6 +169,7 @@ TEST(Ridge, MovesWithTheMixtureAndIsTheSameForAnyNumberOfThreads) {
   for (Vec3& m : moved.means) m = scale * (rotation * m) + shift;
   for (Sym3& c : moved.covariances) c = scale * scale * congruence(rotation, c);
   std::vector<Vec3> moved_points;
+  moved_points.reserve(points.size());
   for (const Vec3& p : points) moved_points.push_back(scale * (rotation * p) + shift);
   const std::vector<RidgePoint> moved_found = project_to_ridge(moved, moved_points);
   for (std::size_t i = 0; i < points.size(); ++i) {

@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 from pathlib import Path
 
@@ -123,6 +124,26 @@ class Whole(unittest.TestCase):
             self.assertEqual(after[-1].split(",")[:4], before[-1].split(",")[:4])
         finally:
             (self.out / "results.csv").write_text("\n".join(before) + "\n")
+
+    def test_when_stopped_stops_what_is_running(self):
+        out, marker = self.out.parent / "stopped", self.out.parent / "front.pid"
+        write_script(self.programs / "peer_cgal_poisson", f"echo $$ > {marker}\nexec sleep 100\n")
+        try:
+            command = [ROOT / "scripts/benchmark.py", "--quick", "--programs", self.programs, "--out", out, "--only", "^block",
+                       "--points", "2500", "--samples", "2000", "--parts", "accuracy", "--methods", "cgal_poisson"]
+            running = subprocess.Popen(list(map(str, command)), stderr=subprocess.PIPE, text=True)
+            for _ in range(600):
+                if marker.exists() and marker.read_text().strip():
+                    break
+                time.sleep(0.1)
+            running.terminate()
+            self.assertIn("goes on", running.communicate(timeout=60)[1])
+            self.assertEqual(running.returncode, 130)
+            with self.assertRaises(ProcessLookupError):
+                os.kill(int(marker.read_text()), 0)
+            self.assertEqual(benchmark.Results.read(out / "results.csv"), [])
+        finally:
+            (self.programs / "peer_cgal_poisson").unlink()
 
     def test_writes_the_page_anew_but_for_the_notes(self):
         path = self.out / "benchmark.md"
