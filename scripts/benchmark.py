@@ -338,9 +338,9 @@ class Benchmark:
         """Accuracy against truth, both ways, and distances of the points to the mesh (shares of the diagonal, in %)."""
         samples = ["--samples", self.options.samples, "--seed", SEED, "--report", "-"]
         truth = json.loads(self.programs.call("compare", mesh, scan.truth, *samples))
-        points = json.loads(self.programs.call("compare", mesh, scan.points, *samples))["points_to_surface"]
+        own = json.loads(self.programs.call("compare", mesh, scan.points, *samples))["points_to_surface"]
         there, back = truth["reference"]["mesh_to_reference"], truth["reference"]["reference_to_mesh"]
-        topology, own = truth["mesh"]["topology"], points["distance"] if "distance" in points else points
+        topology = truth["mesh"]["topology"]
         rounded = lambda value: round(100 * value, 6)
         return {
             "points": int(own["count"]), "vertices": truth["mesh"]["vertices"], "faces": truth["mesh"]["faces"],
