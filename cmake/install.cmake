@@ -40,6 +40,7 @@ set(GPSRECON_PUBLIC_HEADERS
   metrics/picture.h
   metrics/report.h
   metrics/resource_usage.h
+  metrics/ridge.h
   metrics/statistics.h
   pipeline/choose_scale.h
   pipeline/point_normals.h

@@ -1,11 +1,12 @@
 #!/bin/sh
 # Installs the Debian packages that are missing, and nothing when none is.
 #
-#   scripts/install_packages.sh [build|test|develop]
+#   scripts/install_packages.sh [build|test|benchmark|develop]
 #
-#   build    what the library and the program need (default)
-#   test     and what the tests and benchmarks need
-#   develop  and what the format and lint checks and the plots and figures of the documentation need
+#   build      what the library and the program need (default)
+#   test       and what the tests and benchmarks need
+#   benchmark  and what the plots of scripts/benchmark.py need (Open3D, python3-open3d, is one more peer of it if it is there)
+#   develop    and what the format and lint checks and the plots and figures of the documentation need
 #
 # This is the only list of packages of the project. Debian 12 or later; elsewhere, install the same libraries by hand.
 set -eu
@@ -14,14 +15,16 @@ build="g++ cmake ninja-build ccache libeigen3-dev libflann-dev liblz4-dev libcga
   nlohmann-json3-dev libpcl-dev"
 test="libgtest-dev libgmock-dev libbenchmark-dev libopenmesh-dev libosd-dev
   python3"
+benchmark="python3-matplotlib"
 develop="git clang-format-14 clang-tidy-14
-  python3-numpy python3-matplotlib python3-scipy python3-vtk9 xvfb xauth"
+  python3-numpy python3-scipy python3-vtk9 xvfb xauth"
 
 case "${1:-build}" in
   build) wanted="$build" ;;
   test) wanted="$build $test" ;;
-  develop) wanted="$build $test $develop" ;;
-  *) echo "usage: scripts/install_packages.sh [build|test|develop]" >&2; exit 2 ;;
+  benchmark) wanted="$build $test $benchmark" ;;
+  develop) wanted="$build $test $benchmark $develop" ;;
+  *) echo "usage: scripts/install_packages.sh [build|test|benchmark|develop]" >&2; exit 2 ;;
 esac
 
 missing=""
