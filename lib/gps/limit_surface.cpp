@@ -1,5 +1,6 @@
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/gps/dual.h>
+#include <gpsrecon/gps/evaluate_data.h>
 #include <gpsrecon/gps/limit_surface.h>
 #include <Eigen/Geometry>
 #include <cmath>
@@ -17,29 +18,6 @@ void check_size(std::size_t faces, int levels) {
   if (std::ldexp(12.0 * static_cast<double>(faces), 2 * levels) >= std::numeric_limits<Index>::max())
     throw OptionError("levels: " + std::to_string(levels) + " refinements of " + std::to_string(faces) +
                       " faces are more than can be indexed");
-}
-
-/// How the Gaussians are normalised before they are mapped: the surface does not depend on a global factor on Σ, and
-/// Σ⁻¹μ keeps the more digits the closer the means are to the origin.
-struct Normalization {
-  Vec3 center = Vec3::Zero();
-  double scale = 1;  ///< of covariances
-
-  Gaussian apply(const Gaussian& g) const { return {g.mean - center, g.covariance * (1 / scale)}; }
-};
-
-Normalization normalization(const Mixture& control) {
-  if (control.empty()) return {};
-  Vec3 low = control.means.front(), high = low;
-  for (const Vec3& mean : control.means) {
-    low = low.cwiseMin(mean);
-    high = high.cwiseMax(mean);
-  }
-  std::vector<double> traces(control.size());
-  for (std::size_t i = 0; i < traces.size(); ++i) traces[i] = control.covariances[i].trace();
-  const auto median = traces.begin() + static_cast<std::ptrdiff_t>(traces.size() / 2);
-  std::nth_element(traces.begin(), median, traces.end());
-  return {0.5 * (low + high), *median};
 }
 
 std::vector<DualPoint> refine_dual(const Mixture& control, const Normalization& normal_form,

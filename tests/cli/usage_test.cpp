@@ -182,6 +182,8 @@ constexpr BadLine bad_lines[] = {
     {"in.xyz out.ply --levels 9", "levels"},
     {"in.xyz out.ply --levels -1", "--levels"},
     {"in.xyz out.ply --levels some", "'some'"},
+    {"in.xyz out.ply --levels 2 --tolerance-rel 1e-3", "contradict"},
+    {"in.xyz out.ply --tolerance-rel -1", "tolerance_rel"},
     {"in.xyz out.ply --fit-steps 101", "steps"},
     {"in.xyz out.ply --fit-steps 1.5", "'1.5'"},
     {"in.xyz out.ply --fit-steps 99999999999", "--fit-steps"},

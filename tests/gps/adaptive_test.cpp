@@ -13,6 +13,7 @@
 
 #include "gps/meshes.h"
 #include "support/data_files.h"
+#include "support/temporary_folder.h"
 
 namespace gpsrecon {
 namespace {
@@ -235,6 +236,20 @@ TEST(Curvatures, ComeInWorldUnitsAndFlagIrregularVertices) {
   // Only the six vertices of valence four.
   EXPECT_EQ(local.scalars.back().name, "curvature_exact");
   EXPECT_EQ(std::count(local.scalars.back().values.begin(), local.scalars.back().values.end(), 0.0), 6);
+}
+
+TEST(Covariances, MakeTheFileACovarianceMesh) {
+  const TemporaryFolder folder;
+  CovMesh control = with_random_covariances(irregular_sphere(2, 10), 3, 0.01, 0.2);
+  control.vertices.frame.exponent = 3;
+  const Mesh mesh = subdivide(control, {.levels = 1, .covariances = true});
+  const std::string path = folder / "fine.ply";
+  write_mesh(mesh, path);
+  const CovMesh read = read_covmesh(path);
+  EXPECT_EQ(read.faces, mesh.faces);
+  ASSERT_EQ(read.vertices.size(), mesh.positions.size());
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v)
+    EXPECT_EQ(read.vertices.covariances[v], 64.0 * mesh.covariances[v]);
 }
 
 TEST(Adaptive, StaysWithinTheToleranceOnAnInferredScan) {
