@@ -131,6 +131,11 @@ void bind_fit(Arguments& arguments, FitOptions& options) {
                    "vertices those rounds may lead to, at most, strongest detail first; 0 = no limit", ">= 0");
 }
 
+void bind_scheme(Arguments& arguments, Scheme& scheme) {
+  arguments.choice<Scheme>("--scheme", scheme, {{"loop", Scheme::loop}, {"catmull-clark", Scheme::catmull_clark}},
+                           "refinement scheme: triangles to triangles, or polygons to quadrilaterals");
+}
+
 void bind_subdivide(Arguments& arguments, ReconstructOptions& options) {
   arguments.group("Subdivision");
   arguments.option(
@@ -149,10 +154,7 @@ void bind_subdivide(Arguments& arguments, ReconstructOptions& options) {
       "give the vertices curvatures, in 1/length: mean_curvature, gaussian_curvature, k1, k2, their directions "
       "and whether they are exact (ply)");
   arguments.flag("--covariances", options.subdivide.covariances, "give the vertices their covariances (ply)");
-  arguments.option("--scheme", "loop", "refinement scheme, of which there is one", "", "loop",
-                   [](const std::string& text) {
-                     if (text != "loop") throw OptionError("expected loop, got '" + text + "'");
-                   });
+  bind_scheme(arguments, options.subdivide.scheme);
   arguments.choice<CornerRule>("--corners", options.subdivide.corners,
                                {{"smooth", CornerRule::smooth}, {"sharp", CornerRule::sharp}},
                                "boundary vertices of a single face: rounded like the rest of the boundary, or kept");

@@ -23,6 +23,7 @@ void bind_triangulate(Arguments& arguments, ReconstructOptions& options);
 /// Where the sensor stood, of bind_triangulate() and of the fit.
 void bind_sensor(Arguments& arguments, ReconstructOptions& options);
 void bind_fit(Arguments& arguments, FitOptions& options);
+void bind_scheme(Arguments& arguments, Scheme& scheme);
 void bind_subdivide(Arguments& arguments, ReconstructOptions& options);
 
 /// How PLY outputs are encoded.

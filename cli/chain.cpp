@@ -75,7 +75,11 @@ Reconstruction reconstruct_file(const std::string& path, const AttributeOptions&
     }
     case FileKind::covmesh:
       console.info(path + ": is a covariance mesh; starting with the subdivision");
-      return work_on(load_covmesh(path));
+      {
+        const CovMesh mesh = load_covmesh(path);
+        require_faces_for(options.subdivide.scheme, mesh, path);
+        return work_on(mesh);
+      }
     case FileKind::points:
     case FileKind::mesh:
       break;
@@ -118,6 +122,7 @@ ExitCode run_chain(Arguments& arguments) {
   views.bind(arguments);
   bind_encoding(arguments, encoding);
   const GlobalOptions globals = arguments.parse();
+  options.fit.scheme = options.subdivide.scheme;
   options.check();
   complete(files);
   Outputs outputs(globals, {files.in});

@@ -16,6 +16,7 @@ ExitCode run_fit(Arguments& arguments) {
   arguments.positional("OUT", out, "covariance mesh (ply; - is standard output)");
   bind_scale(arguments, options.scale);
   bind_fit(arguments, options.fit);
+  bind_scheme(arguments, options.fit.scheme);
   bind_sensor(arguments, options);
   bind_encoding(arguments, encoding);
   const GlobalOptions globals = arguments.parse();
@@ -26,6 +27,7 @@ ExitCode run_fit(Arguments& arguments) {
   const Console console(globals);
 
   CovMesh mesh = load_covmesh(in);
+  require_faces_for(Scheme::loop, mesh, in);
   const PointCloud points = load_points(points_file, console);
   const RunContext context = console.context();
   ErrorReport report;

@@ -58,6 +58,13 @@ Mixture load_mixture(const std::string& path) {
 CovMesh load_covmesh(const std::string& path) {
   return load_valid<CovMesh>(path, read_covmesh);
 }
+void require_faces_for(Scheme scheme, const CovMesh& mesh, const std::string& path) {
+  if (scheme != Scheme::loop) return;
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f)
+    if (const std::size_t corners = mesh.faces[f].size(); corners != 3)
+      throw InputError(path + ": face " + std::to_string(f) + " has " + std::to_string(corners) +
+                       " corners; Loop's scheme refines triangles, --scheme catmull-clark any polygons");
+}
 Mesh load_mesh(const std::string& path) {
   return load_valid<Mesh>(path, read_mesh);
 }

@@ -3,6 +3,7 @@
 #include <gpsrecon/core/mesh.h>
 #include <gpsrecon/core/mixture.h>
 #include <gpsrecon/core/point_cloud.h>
+#include <gpsrecon/gps/subdivide.h>
 #include <gpsrecon/io/io.h>
 #include <gpsrecon/metrics/report.h>
 #include <optional>
@@ -29,6 +30,8 @@ struct AttributeOptions {
 PointCloud load_points(const std::string& path, const Console& console, const AttributeOptions& attributes = {});
 Mixture load_mixture(const std::string& path);
 CovMesh load_covmesh(const std::string& path);
+/// InputError unless the scheme refines such faces.
+void require_faces_for(Scheme scheme, const CovMesh& mesh, const std::string& path);
 Mesh load_mesh(const std::string& path);
 
 /// Runs `work` on what a file holds, and puts the name of the file into its complaints about that.

@@ -32,6 +32,7 @@ ExitCode run_subdivide(Arguments& arguments) {
   const Console console(globals);
 
   const CovMesh covmesh = load_covmesh(in);
+  require_faces_for(options.subdivide.scheme, covmesh, in);
   const RunContext context = console.context();
   ErrorReport report;
   std::optional<PreparedCloud> cloud;

@@ -189,7 +189,7 @@ struct Fitting {
   void assign(const SurfaceSamples& samples, const SampleGraph& graph, bool first);
   std::size_t step(CovMesh& mesh, const LimitSurface& surface, const ControlEdges& edges, const Rim& rim,
                    const SurfaceSamples& samples);
-  std::vector<double> round(Fit& fit, const TriangleConnectivity& topology, int steps);
+  std::vector<double> round(Fit& fit, const TriangleConnectivity& topology, int steps, Scheme scheme = Scheme::loop);
 };
 
 void Fitting::assign(const SurfaceSamples& samples, const SampleGraph& graph, bool first) {
@@ -220,10 +220,10 @@ std::size_t Fitting::step(CovMesh& mesh, const LimitSurface& surface, const Cont
 
 /// Steps on one control mesh, until the points come no closer. Returns the evidence for more detail per control edge,
 /// and hands the points over to the control vertices, which keep their numbers when edges are split.
-std::vector<double> Fitting::round(Fit& fit, const TriangleConnectivity& topology, int steps) {
+/// Evidence there is with Scheme::loop only.
+std::vector<double> Fitting::round(Fit& fit, const TriangleConnectivity& topology, int steps, Scheme scheme) {
   CovMesh& mesh = fit.mesh;
-  const LimitSurface surface(mesh.faces, mesh.vertices.size(), options.level, LoopWeights::loop, CornerRule::smooth,
-                             context);
+  const LimitSurface surface(mesh.faces, mesh.vertices.size(), options.level, {.scheme = scheme}, context);
   const SampleGraph graph = sample_graph(surface);
   const Rim rim = find_rim(surface);
   const ControlEdges edges = control_edges(topology);
@@ -249,6 +249,7 @@ std::vector<double> Fitting::round(Fit& fit, const TriangleConnectivity& topolog
     samples = surface.evaluate(mesh.vertices, true, context);
     assign(samples, graph, false);
   }
+  if (scheme != Scheme::loop) return {};
   const double typical = median_offset(state.assignment);
   const Residuals residuals = robust_residuals(surface, state.assignment, cloud, held_out, typical);
   const std::vector<Index> control = surface.control_of_samples();
@@ -301,10 +302,11 @@ Fit fit(CovMesh mesh, const PointCloud& cloud, const FitOptions& options, const 
     coarser = std::move(result.mesh);
     result.mesh = split_edges(coarser, topology, split, context);
   }
-  if (result.held_out_points > 0) {
+  const bool other_scheme = options.scheme != Scheme::loop;
+  if (result.held_out_points > 0 || other_scheme) {
     fitting.held_out.assign(cloud.size(), 0);
     fitting.round(result, triangle_connectivity(result.mesh.faces, result.mesh.vertices.size()),
-                  std::min(options.steps, steps_on_all));
+                  other_scheme ? options.steps : std::min(options.steps, steps_on_all), options.scheme);
   }
   context.progress("fit", 1);
   return result;

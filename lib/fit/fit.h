@@ -3,6 +3,7 @@
 #include <gpsrecon/core/mesh.h>
 #include <gpsrecon/core/point_cloud.h>
 #include <gpsrecon/core/run_context.h>
+#include <gpsrecon/gps/subdivide.h>
 
 namespace gpsrecon {
 
@@ -17,6 +18,9 @@ struct FitOptions {
   std::size_t max_vertices = 0;
   /// Refinement level at which the surface is sampled. Range: [1, 5].
   int level = 2;
+  /// Whose limit surface runs through the points in the end. Refinement is guided by that of Scheme::loop in any case;
+  /// with Scheme::catmull_clark the last steps, as many as a round has, move the other surface.
+  Scheme scheme = Scheme::loop;
 
   /// Throws OptionError naming the field and the value.
   void check() const;

@@ -2,6 +2,7 @@
 #include <gpsrecon/gps/dual.h>
 #include <gpsrecon/gps/evaluate_data.h>
 #include <gpsrecon/gps/limit_surface.h>
+#include <gpsrecon/gps/quad_step.h>
 #include <Eigen/Geometry>
 #include <cmath>
 #include <limits>
@@ -74,17 +75,33 @@ void normals_from_faces(const FaceList& faces, const std::vector<Vec3>& position
 
 }  // namespace
 
-LimitSurface::LimitSurface(const FaceList& faces, std::size_t control_count, int levels, LoopWeights weights,
-                           CornerRule corners, const RunContext& context)
+LimitSurface::LimitSurface(const FaceList& faces, std::size_t control_count, int levels, const EvaluateOptions& rules,
+                           const RunContext& context)
     : control_count_(control_count) {
   if (levels < 0) throw OptionError("levels: " + std::to_string(levels) + " is negative");
+  if (rules.scheme == Scheme::catmull_clark) {
+    if (levels == 0 && !faces.all_of_size(4))
+      throw OptionError("levels must be at least 1 for Catmull-Clark surfaces with faces of other than four corners");
+    check_size(faces.corners.size() / 3, levels);
+    PolygonEdges topology = polygon_edges(faces, control_count);
+    for (int level = 0; level < levels; ++level) {
+      QuadStep step = catmull_clark_step(topology, rules.corners);
+      steps_.push_back(std::move(step.stencils));
+      topology = std::move(step.edges);
+    }
+    limit_ = quad_limit_table(topology, rules.corners);
+    faces_.corners = std::move(topology.corners);
+    faces_.offsets.resize(faces_.corners.size() / 4 + 1);
+    for (std::size_t f = 0; f < faces_.offsets.size(); ++f) faces_.offsets[f] = static_cast<std::uint32_t>(4 * f);
+    return;
+  }
   check_size(faces.size(), levels);
   TriangleConnectivity topology = triangle_connectivity(faces, control_count);
   for (int level = 0; level < levels; ++level) {
-    steps_.push_back(loop_stencils(topology, weights, corners, context));
+    steps_.push_back(loop_stencils(topology, rules.weights, rules.corners, context));
     topology = refine(topology, context);
   }
-  limit_ = limit_table(topology, weights, corners, context);
+  limit_ = limit_table(topology, rules.weights, rules.corners, context);
   faces_ = take_faces(std::move(topology));
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <gpsrecon/core/mesh.h>
+#include <gpsrecon/gps/evaluate.h>
 #include <gpsrecon/gps/limit.h>
 
 namespace gpsrecon {
@@ -14,17 +15,20 @@ struct SurfaceSamples {
   std::vector<Sym3> covariances;  ///< Σ, if asked for
 };
 
-/// Everything about a Gaussian-product Loop surface that depends on connectivity alone: the faces of a refinement
+/// Everything about a Gaussian-product surface that depends on connectivity alone: the faces of a refinement
 /// level, the stencils of every step down to it and the limit masks there. Built once, it evaluates the surface for any
 /// Gaussians at the control vertices, and carries data between control vertices and samples. A sample is a vertex of
 /// the refined faces; sample i < control_count() belongs to control vertex i. Memory: about 100 bytes per sample, faces
 /// included.
 class LimitSurface {
  public:
-  /// `faces` as for triangle_connectivity; levels >= 0. Throws InvariantError for faces that are not triangular,
-  /// manifold and consistently oriented; OptionError if the level has more faces than indices can count.
-  LimitSurface(const FaceList& faces, std::size_t control_count, int levels, LoopWeights weights = LoopWeights::loop,
-               CornerRule corners = CornerRule::smooth, const RunContext& context = {});
+  /// `faces` are manifold and consistently oriented, with Scheme::loop triangles; levels >= 0. With
+  /// Scheme::catmull_clark the samples of a level are its old vertices, one per edge and one per face, and the refined
+  /// faces quadrilaterals. Throws InvariantError for other faces; OptionError if the level has more faces than indices
+  /// can count, or is 0 for Scheme::catmull_clark and faces of other than four corners, whose limit positions have no
+  /// masks.
+  LimitSurface(const FaceList& faces, std::size_t control_count, int levels, const EvaluateOptions& rules = {},
+               const RunContext& context = {});
 
   std::size_t control_count() const { return control_count_; }
   std::size_t sample_count() const { return limit_.rows(); }

@@ -18,7 +18,7 @@ namespace {
 constexpr int max_halvings = 11;
 
 EvaluateOptions evaluation(const SubdivideOptions& options) {
-  return {.scheme = Scheme::loop, .weights = options.weights, .corners = options.corners};
+  return {.scheme = options.scheme, .weights = options.weights, .corners = options.corners};
 }
 
 void add_scalar(Mesh& mesh, const char* name, std::vector<double> values) {
@@ -122,7 +122,7 @@ Mesh subdivide_to_tolerance(const CovMesh& mesh, const SubdivideOptions& options
 }
 
 Mesh subdivide_uniformly(const CovMesh& mesh, const SubdivideOptions& options, const RunContext& context) {
-  LimitSurface surface(mesh.faces, mesh.vertices.size(), options.levels, options.weights, options.corners, context);
+  LimitSurface surface(mesh.faces, mesh.vertices.size(), options.levels, evaluation(options), context);
   context.progress("subdivide", 0.5);
   SurfaceSamples samples = surface.evaluate(mesh.vertices, options.limit, context, options.covariances);
   Mesh refined;

@@ -22,6 +22,7 @@ enum class CornerRule {
 };
 
 struct SubdivideOptions {
+  Scheme scheme = Scheme::loop;
   /// Number of refinement steps. Range: [0, 8].
   int levels = 2;
   /// Push the vertices of the last level to their limit positions and give limit normals; otherwise the vertices of the
@@ -46,12 +47,13 @@ struct SubdivideOptions {
   void check() const;
 };
 
-/// Gaussian-product Loop subdivision of a triangular covariance mesh: linear refinement of the dual points
-/// q = (vech Σ⁻¹, Σ⁻¹μ) in R⁹, mapped back by μ = [q̂]⁻¹ q̄ (Preiner et al. 2019, section 4, Eq. 11-13).
-/// The result has positions, unit normals (appendix B) and `sigma` = sqrt(max(0, nᵀΣn - σ0²)) per vertex, in the frame
-/// of the input, and the colours and scalars of the control vertices: averages by weights of the limit position times
-/// precision within the surface; labels by the largest sum of these. Level L has 4^L times the faces. O(size of the
-/// result). Throws OptionError; InvariantError if the mesh is not a valid covariance mesh or not triangular.
+/// Gaussian-product subdivision of a covariance mesh, of triangles with Scheme::loop: linear refinement of the dual
+/// points q = (vech Σ⁻¹, Σ⁻¹μ) in R⁹, mapped back by μ = [q̂]⁻¹ q̄ (Preiner et al. 2019, section 4, Eq. 11-13). The
+/// result has positions, unit normals (appendix B) and `sigma` = sqrt(max(0, nᵀΣn - σ0²)) per vertex, in the frame of
+/// the input, and the colours and scalars of the control vertices: averages by weights of the limit position times
+/// precision within the surface; labels by the largest sum of these. Level L has 4^L times the faces (with
+/// Scheme::catmull_clark 4^(L-1) times the corners, all quadrilaterals). O(size of the result). Throws OptionError;
+/// InvariantError if the mesh is not a valid covariance mesh or, with Scheme::loop, not triangular.
 Mesh subdivide(const CovMesh& mesh, const SubdivideOptions& options = {}, const RunContext& context = {});
 
 /// The smallest level <= max_level at which the mean edge is no longer than `target_edge`. Throws nothing.

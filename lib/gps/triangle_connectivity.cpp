@@ -29,7 +29,10 @@ Index second_half(Index h) {
 }  // namespace
 
 TriangleConnectivity triangle_connectivity(const FaceList& faces, std::size_t vertex_count) {
-  if (!faces.is_triangular()) throw InvariantError("subdivision: a face is not a triangle");
+  for (std::size_t f = 0; f < faces.size(); ++f)
+    if (faces[f].size() != 3)
+      throw InvariantError("subdivision: face " + std::to_string(f) + " has " + std::to_string(faces[f].size()) +
+                           " corners; Loop's scheme refines triangles (Catmull and Clark's refines any)");
   for (const Index v : faces.corners)
     if (v >= vertex_count) throw InvariantError("subdivision: vertex index " + std::to_string(v) + " is out of range");
   HalfEdges half_edges = gpsrecon::half_edges(faces, vertex_count);

@@ -45,9 +45,7 @@ void build_limit_surface(benchmark::State& state) {
   const CovMesh& control = control_mesh();
   const RunContext context = with_threads(2);
   std::size_t samples = 0;
-  for (auto _ : state)
-    samples = LimitSurface(control.faces, control.vertices.size(), 2, LoopWeights::loop, CornerRule::smooth, context)
-                  .sample_count();
+  for (auto _ : state) samples = LimitSurface(control.faces, control.vertices.size(), 2, {}, context).sample_count();
   set_rate(state, samples);
 }
 BENCHMARK(build_limit_surface)->Unit(benchmark::kMillisecond)->UseRealTime();

@@ -148,7 +148,7 @@ constexpr BadLine bad_lines[] = {
     {"mixture in.xyz", "OUT"},
     {"info", "FILE"},
     {"in.xyz out.ply --no-such-option", "--no-such-option"},
-    {"in.xyz out.ply --scheme catmull-clark", "catmull-clark"},
+    {"in.xyz out.ply --scheme doo-sabin", "doo-sabin"},
     {"triangulate in.xyz out.ply --alpha 2", "--alpha"},
     {"in.xyz out.ply --alpha", "--alpha"},
     {"in.xyz out.ply --alpha x", "'x'"},
