@@ -5,6 +5,7 @@
 #include <gpsrecon/core/neighbors.h>
 #include <gpsrecon/core/run_context.h>
 #include <optional>
+#include <span>
 #include <vector>
 
 // Internal to lib/clop: what draws the particles.
@@ -18,8 +19,10 @@ enum class ProjectionStep { mean, median };
 class Attraction {
  public:
   virtual ~Attraction() = default;
-  /// F1(q) - q; nothing if nothing is in reach of q. `near` is scratch space.
-  virtual std::optional<Vec3> pull(const Vec3& q, ProjectionStep step, std::vector<Neighbor>& near) const = 0;
+  /// pulls[i] = F1(q_i) - q_i; nothing if nothing is in reach of q_i. Of as many particles, preferably close to each
+  /// other. `near` is scratch space.
+  virtual void pull(std::span<const Vec3> particles, ProjectionStep step, std::vector<Neighbor>& near,
+                    std::span<std::optional<Vec3>> pulls) const = 0;
 };
 
 /// Of points, LOP and WLOP: Eq. 2 and 4, or with weights 1/v_j Eq. 25. Distances in α count as at least 0.0072 h, where
@@ -28,7 +31,8 @@ class PointAttraction final : public Attraction {
  public:
   /// `balance` divides the weight of every point by the density v_j of the points around it.
   PointAttraction(const PointCloud& points, double support_radius, bool balance, const RunContext& context);
-  std::optional<Vec3> pull(const Vec3& q, ProjectionStep step, std::vector<Neighbor>& near) const override;
+  void pull(std::span<const Vec3> particles, ProjectionStep step, std::vector<Neighbor>& near,
+            std::span<std::optional<Vec3>> pulls) const override;
 
  private:
   const std::vector<Vec3>& points_;
@@ -42,7 +46,8 @@ class PointAttraction final : public Attraction {
 class MixtureAttraction final : public Attraction {
  public:
   MixtureAttraction(const Mixture& mixture, double support_radius, const KernelFit& kernel, const RunContext& context);
-  std::optional<Vec3> pull(const Vec3& q, ProjectionStep step, std::vector<Neighbor>& near) const override;
+  void pull(std::span<const Vec3> particles, ProjectionStep step, std::vector<Neighbor>& near,
+            std::span<std::optional<Vec3>> pulls) const override;
 
  private:
   /// The product of one Gaussian of the kernel with one of the mixture, which depends on the particle by its place
@@ -53,16 +58,24 @@ class MixtureAttraction final : public Attraction {
   };
   template <std::size_t K>
   using Products = std::array<Product, K>;
+  struct Center {
+    Vec3 mean;
+    double squared_reach;
+  };
   /// Components of similar extent, and so of similar reach.
   struct Group {
-    double reach;
-    std::vector<Vec3> means;
+    double reach;  ///< the largest
+    std::vector<Center> centers;
     std::vector<Products<3>> median;
     std::vector<Products<1>> mean;
     Neighbors index;
   };
   template <std::size_t K>
   struct Pull;
+  template <std::size_t K>
+  void pull(std::span<const Vec3> particles, const std::array<double, K>& half_precision,
+            std::vector<Products<K>> Group::*products, std::vector<Neighbor>& near,
+            std::span<std::optional<Vec3>> pulls) const;
 
   double h_;
   std::array<double, 3> half_precision_;       ///< 1/(2 σ_k² h²) of the kernel α̂

@@ -89,11 +89,12 @@ PointCloud iterate(const PointCloud& particles, const Attraction& attraction, co
         n, context,
         [&](std::size_t block, std::size_t begin, std::size_t end) {
           std::vector<Neighbor> near;
+          std::vector<std::optional<Vec3>> pulls(end - begin);
+          attraction.pull({&positions[begin], end - begin}, step, near, pulls);
           double largest = 0;
           for (std::size_t i = begin; i < end; ++i) {
-            const std::optional<Vec3> pull = attraction.pull(positions[i], step, near);
-            if (!pull) continue;
-            const Vec3 move = *pull + options.repulsion * repulsion[i];
+            if (!pulls[i - begin]) continue;
+            const Vec3 move = *pulls[i - begin] + options.repulsion * repulsion[i];
             positions[i] += move;
             largest = std::max(largest, move.norm());
           }
@@ -128,7 +129,7 @@ void ProjectOptions::check() const {
 }
 
 double automatic_support_radius(double spacing, double noise) {
-  return std::hypot(6 * spacing, 8 * noise);
+  return 9 * std::hypot(spacing, 3 * noise);
 }
 
 PointCloud project(const PointCloud& particles, const Mixture& mixture, const ProjectOptions& options,

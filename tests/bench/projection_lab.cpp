@@ -9,6 +9,7 @@
 #include <gpsrecon/io/io.h>
 #include <gpsrecon/metrics/distance.h>
 #include <gpsrecon/metrics/resource_usage.h>
+#include <gpsrecon/pipeline/projection.h>
 #include <gpsrecon/pipeline/reconstruct.h>
 #include <gpsrecon/scan/gallery.h>
 #include <Eigen/Geometry>
@@ -28,7 +29,7 @@ using Json = nlohmann::ordered_json;
 
 struct Settings {
   std::string points, method = "clop", truth, out, initial = "local";
-  double h_rel = 0, h_factor = 1, sigma_factor = 1, ratio = 1;
+  double h_rel = 0, h_factor = 1, sigma_factor = 1;
   bool balance = true, split = false, uniform = false, series = false;
   HemOptions hem;
   ParticleOptions particles;
@@ -44,29 +45,52 @@ Settings parse(int argc, char** argv) {
     const std::string name = argv[i], value = argv[i + 1];
     const double number = std::strtod(value.c_str(), nullptr);
     const int whole = static_cast<int>(number);
-    if (name == "method") s.method = value;
-    else if (name == "truth") s.truth = value;
-    else if (name == "out") s.out = value;
-    else if (name == "h_rel") s.h_rel = number;            // support radius, share of the diagonal
-    else if (name == "h_factor") s.h_factor = number;      // times the automatic one
-    else if (name == "sigma_factor") s.sigma_factor = number;  // kernel of the mixture, times the automatic one
-    else if (name == "initial") s.initial = value;
-    else if (name == "ratio") s.particles.ratio = number;
-    else if (name == "count") s.particles.count = static_cast<std::size_t>(number);
-    else if (name == "uniform") s.uniform = whole != 0;
-    else if (name == "balance") s.balance = whole != 0;
-    else if (name == "alpha") s.hem.alpha = number;
-    else if (name == "levels") s.hem.max_levels = whole;
-    else if (name == "flat_levels") s.hem.flat_levels = whole;
-    else if (name == "iterations") s.project.iterations = whole;
-    else if (name == "mu") s.project.repulsion = number;
-    else if (name == "cutoff") s.project.repulsion_cutoff = number;
-    else if (name == "interval") s.project.repulsion_interval = whole;
-    else if (name == "tail") s.project.kernel = whole != 0 ? KernelCoefficients::tail : KernelCoefficients::published;
-    else if (name == "split") s.split = whole != 0;    // time attraction and repulsion apart, by a run without the latter
-    else if (name == "series") s.series = whole != 0;  // regularity and coherence of the repulsion per iteration
-    else if (name == "threads") s.context.threads = whole;
-    else throw OptionError("unknown setting " + name);
+    if (name == "method")
+      s.method = value;
+    else if (name == "truth")
+      s.truth = value;
+    else if (name == "out")
+      s.out = value;
+    else if (name == "h_rel")
+      s.h_rel = number;  // support radius, share of the diagonal
+    else if (name == "h_factor")
+      s.h_factor = number;  // times the automatic one
+    else if (name == "sigma_factor")
+      s.sigma_factor = number;  // kernel of the mixture, times projection_sigma0()
+    else if (name == "initial")
+      s.initial = value;
+    else if (name == "ratio")
+      s.particles.ratio = number;
+    else if (name == "count")
+      s.particles.count = static_cast<std::size_t>(number);
+    else if (name == "uniform")
+      s.uniform = whole != 0;
+    else if (name == "balance")
+      s.balance = whole != 0;
+    else if (name == "alpha")
+      s.hem.alpha = number;
+    else if (name == "levels")
+      s.hem.max_levels = whole;
+    else if (name == "flat_levels")
+      s.hem.flat_levels = whole;
+    else if (name == "iterations")
+      s.project.iterations = whole;
+    else if (name == "mu")
+      s.project.repulsion = number;
+    else if (name == "cutoff")
+      s.project.repulsion_cutoff = number;
+    else if (name == "interval")
+      s.project.repulsion_interval = whole;
+    else if (name == "tail")
+      s.project.kernel = whole != 0 ? KernelCoefficients::tail : KernelCoefficients::published;
+    else if (name == "split")
+      s.split = whole != 0;  // time attraction and repulsion apart, by a run without the latter
+    else if (name == "series")
+      s.series = whole != 0;  // regularity and coherence of the repulsion per iteration
+    else if (name == "threads")
+      s.context.threads = whole;
+    else
+      throw OptionError("unknown setting " + name);
   }
   s.particles.selection = s.uniform ? ParticleSelection::uniform : ParticleSelection::random;
   s.hem.balance = s.project.balance = s.balance;
@@ -145,7 +169,6 @@ Json describe_errors(std::vector<double> error) {
   return json;
 }
 
-
 int run(int argc, char** argv) {
   Settings s = parse(argc, argv);
   const RunContext& context = s.context;
@@ -194,7 +217,7 @@ int run(int argc, char** argv) {
     timer.stop();
     result = start;
   } else if (s.method == "clop") {
-    s.hem.sigma0 = s.sigma_factor * automatic_sigma0(scale, s.hem.initial);
+    s.hem.sigma0 = s.sigma_factor * projection_sigma0(scale, s.hem.initial);
     s.hem.spacing = scale.spacing;
     timer.start("mixture");
     const Mixture mixture = build_mixture(points, s.hem, context);
