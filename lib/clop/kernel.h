@@ -26,7 +26,7 @@ struct KernelFit {
 
 enum class KernelCoefficients {
   published,  ///< Preiner et al. 2014, Figure 5: exact near the particle, its tail too light (-44 % at 0.3)
-  tail,       ///< within 5 % of α from 0.08 to 0.4, off by -28 to +16 % between 0.02 and 0.08
+  tail,       ///< within 5 % of α from 0.08 to 0.4 (-9 to +18 % from 0.015 on), -28 % at 0.01
 };
 
 constexpr KernelFit kernel_fit(KernelCoefficients coefficients) {
