@@ -19,6 +19,9 @@ ExitCode run_mixture(Arguments& arguments) {
   bind_scale(arguments, options.scale);
   bind_attributes(arguments, attributes);
   bind_hem(arguments, options);
+  arguments.flag("--normals", options.hem.normals,
+                 "give each Gaussian a mean normal and its variance, from the normals of the points or, without, from "
+                 "planes through their neighbours");
   arguments.group("Output", false);
   arguments.option("--ellipsoids", "FILE", ellipsoids,
                    "write the Gaussians as a mesh of ellipsoids too, to look at (ply, obj, off, stl)", "", "none");

@@ -4,6 +4,8 @@ include(CMakePackageConfigHelpers)
 
 # The headers of the library's interface. All others are details of their stage and stay behind.
 set(GPSRECON_PUBLIC_HEADERS
+  clop/normals.h
+  clop/orientation.h
   core/attributes.h
   core/clean.h
   core/error.h
@@ -35,6 +37,7 @@ set(GPSRECON_PUBLIC_HEADERS
   metrics/resource_usage.h
   metrics/statistics.h
   pipeline/choose_scale.h
+  pipeline/point_normals.h
   pipeline/reconstruct.h
   scan/gallery.h
   scan/mesh_target.h

@@ -5,7 +5,7 @@
 #
 #   build    what the library and the program need (default)
 #   test     and what the tests and benchmarks need
-#   develop  and what the format and lint checks need
+#   develop  and what the format and lint checks and the scripts that draw plots need
 #
 # This is the only list of packages of the project. Debian 12 or later; elsewhere, install the same libraries by hand.
 set -eu
@@ -14,7 +14,7 @@ build="g++ cmake ninja-build ccache libeigen3-dev libflann-dev liblz4-dev libcga
   nlohmann-json3-dev libpcl-dev"
 test="libgtest-dev libgmock-dev libbenchmark-dev libopenmesh-dev libosd-dev
   python3"
-develop="git clang-format-14 clang-tidy-14"
+develop="git clang-format-14 clang-tidy-14 python3-numpy python3-matplotlib python3-scipy"
 
 case "${1:-build}" in
   build) wanted="$build" ;;

@@ -16,7 +16,8 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::StartsWith;
 
-const std::vector<std::string> commands = {"mixture", "triangulate", "fit", "subdivide", "compare", "scan", "info"};
+const std::vector<std::string> commands = {"mixture",   "normals", "triangulate", "fit",
+                                           "subdivide", "compare", "scan",        "info"};
 
 std::vector<std::string> lines_of(const std::string& text) {
   std::istringstream stream(text);
@@ -166,6 +167,18 @@ constexpr BadLine bad_lines[] = {
     {"in.xyz out.ply --max-error -0.1", "max_error_rel"},
     {"in.xyz out.ply --max-error 0.1 --sigma0-rel 0.1", "contradict"},
     {"mixture in.xyz out.ply --budget 100", "--budget"},
+    {"normals in.xyz", "OUT"},
+    {"normals in.xyz out.ply --method mean", "pca|weiszfeld|csw"},
+    {"normals in.xyz out.ply --neighbors 2", "neighbors"},
+    {"normals in.xyz out.ply --h-rel 2", "h_rel"},
+    {"normals in.xyz out.ply --h-rel nan", "--h-rel"},
+    {"normals in.xyz out.ply --iterations -1", "iterations"},
+    {"normals in.xyz out.ply --orient-neighbors 0", "orientation.neighbors"},
+    {"normals in.xyz out.ply --orient surface", "needs a surface"},
+    {"normals in.xyz out.ply --orient sensor", "needs its position"},
+    {"normals in.xyz out.ply --orient mst --surface s.ply", "contradicts"},
+    {"normals in.xyz out.ply --mixture m.ply", "--mixture"},
+    {"normals - out.ply --method csw --mixture -", "standard input"},
     {"in.xyz out.ply --levels 9", "levels"},
     {"in.xyz out.ply --levels -1", "--levels"},
     {"in.xyz out.ply --levels some", "'some'"},

@@ -1,0 +1,237 @@
+#include <gpsrecon/clop/orientation.h>
+#include <gpsrecon/core/error.h>
+#include <gpsrecon/core/neighbors.h>
+#include <gpsrecon/core/parallel.h>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <string>
+
+namespace gpsrecon {
+namespace {
+
+constexpr double most_remote = 3;    // in medians, of points whose normals tell the outer side
+constexpr double cap_height = 0.02;  // of the extent, over which their weight falls by e
+constexpr double clear_majority = 0.5;
+
+void check_lengths(std::size_t normals, std::size_t others, const std::string& what) {
+  if (normals != others)
+    throw InvariantError("orientation: " + std::to_string(normals) + " normals for " + std::to_string(others) + " " +
+                         what);
+}
+
+/// Of two linked points, a < b.
+struct Link {
+  Index a, b;
+  float cost;
+  bool agree;  ///< whether their normals are on the same side of the surface as they are
+
+  friend bool operator<(const Link& x, const Link& y) {
+    if (x.cost != y.cost) return x.cost < y.cost;
+    return x.a != y.a ? x.a < y.a : x.b < y.b;
+  }
+};
+
+Link link_of(Index a, Index b, std::span<const Vec3> positions, const std::vector<Vec3>& normals) {
+  const Vec3 between = positions[b] - positions[a];
+  const double length = between.norm();
+  const Vec3 direction = length > 0 ? Vec3(between / length) : Vec3(Vec3::Zero());
+  const double along_a = direction.dot(normals[a]), along_b = direction.dot(normals[b]);
+  // n_a · (n_b mirrored at the plane between the points): on a circular arc the mirror takes one normal to the other.
+  const double cosine = normals[a].dot(normals[b]) - 2 * along_a * along_b;
+  const double cost = 1 - std::abs(cosine) + 0.5 * (along_a * along_a + along_b * along_b);
+  return {a, b, static_cast<float>(cost), cosine >= 0};
+}
+
+/// Links of every point with its nearest ones, cheapest first, and the distance of the farthest of them.
+std::vector<Link> neighbor_links(std::span<const Vec3> positions, const std::vector<Vec3>& normals, std::size_t k,
+                                 std::vector<double>& remoteness, const RunContext& context) {
+  const std::size_t n = positions.size();
+  remoteness.resize(n);
+  const Neighbors index(positions);
+  std::vector<std::vector<Link>> blocks((n + parallel_block_size - 1) / parallel_block_size);
+  parallel_blocks(n, context, [&](std::size_t block, std::size_t begin, std::size_t end) {
+    std::vector<Neighbor> near;
+    std::vector<Link>& links = blocks[block];
+    links.reserve((end - begin) * k);
+    for (std::size_t i = begin; i < end; ++i) {
+      index.nearest(positions[i], k + 1, near);
+      remoteness[i] = near.back().distance;
+      for (const Neighbor& neighbor : near) {
+        const auto [a, b] = std::minmax({static_cast<Index>(i), neighbor.index});
+        if (a != b) links.push_back(link_of(a, b, positions, normals));
+      }
+    }
+    std::sort(links.begin(), links.end());
+  });
+  std::vector<Link> all;
+  all.reserve(n * k);
+  for (std::vector<Link>& links : blocks) {
+    all.insert(all.end(), links.begin(), links.end());
+    links = {};
+  }
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
+/// A forest of joined points, which knows of each whether it has to be turned to agree with its root.
+class SignedForest {
+ public:
+  explicit SignedForest(std::size_t n) : parent_(n), size_(n, 1), turned_(n, 0) {
+    std::iota(parent_.begin(), parent_.end(), Index{0});
+  }
+
+  struct Root {
+    Index index;
+    bool turned;
+  };
+  Root root(Index i) {
+    Root found{i, false};
+    while (parent_[found.index] != found.index) {
+      found.turned ^= turned_[found.index] != 0;
+      found.index = parent_[found.index];
+    }
+    // Paths are shortened on the way back.
+    bool turned = found.turned;
+    while (parent_[i] != i) {
+      const Index up = parent_[i];
+      const bool rest = turned != (turned_[i] != 0);
+      parent_[i] = found.index;
+      turned_[i] = turned ? 1 : 0;
+      i = up;
+      turned = rest;
+    }
+    return found;
+  }
+  void join(const Link& link) {
+    const Root a = root(link.a), b = root(link.b);
+    if (a.index == b.index) return;
+    const bool turned = (a.turned != b.turned) == link.agree;
+    const auto [low, high] =
+        size_[a.index] < size_[b.index] ? std::pair(a.index, b.index) : std::pair(b.index, a.index);
+    parent_[low] = high;
+    turned_[low] = turned ? 1 : 0;
+    size_[high] += size_[low];
+  }
+
+ private:
+  std::vector<Index> parent_;
+  std::vector<Index> size_;
+  std::vector<char> turned_;  ///< against the parent
+};
+
+/// Numbers of the components of the points, in order of first appearance.
+struct Parts {
+  std::vector<Index> of_point;
+  std::size_t count = 0;
+};
+
+Parts turn_to_roots(std::vector<Vec3>& normals, SignedForest& forest) {
+  Parts parts{std::vector<Index>(normals.size()), 0};
+  std::vector<Index> number(normals.size(), no_index);
+  for (std::size_t i = 0; i < normals.size(); ++i) {
+    const auto [root, turned] = forest.root(static_cast<Index>(i));
+    if (number[root] == no_index) number[root] = static_cast<Index>(parts.count++);
+    parts.of_point[i] = number[root];
+    if (turned) normals[i] = -normals[i];
+  }
+  return parts;
+}
+
+/// The points of every part that are not far from their neighbours, as outliers are, whose normals mean nothing.
+std::vector<std::vector<Index>> settled_points(const Parts& parts, const std::vector<double>& remoteness) {
+  std::vector<std::vector<Index>> settled(parts.count);
+  for (std::size_t i = 0; i < remoteness.size(); ++i) settled[parts.of_point[i]].push_back(static_cast<Index>(i));
+  std::vector<double> distances;
+  for (std::vector<Index>& points : settled) {
+    distances.clear();
+    for (const Index i : points) distances.push_back(remoteness[i]);
+    const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
+    std::nth_element(distances.begin(), middle, distances.end());
+    const double limit = most_remote * *middle;
+    std::erase_if(points, [&](Index i) { return remoteness[i] > limit; });
+  }
+  return settled;
+}
+
+/// How far the normals at the extreme of the points in a direction point that way, and how far either way. Not only the
+/// outermost point counts but all of the cap below it, the less the lower, so that no single normal decides.
+struct CapVote {
+  double outward = 0, either = 0;
+};
+
+CapVote vote_of_cap(std::span<const Vec3> positions, const std::vector<Vec3>& normals, const std::vector<Index>& points,
+                    const Vec3& direction) {
+  const Vec3& origin = positions[points.front()];
+  double top = 0, bottom = 0;
+  for (const Index i : points) {
+    const double height = direction.dot(positions[i] - origin);
+    top = std::max(top, height);
+    bottom = std::min(bottom, height);
+  }
+  const double cap = cap_height * (top - bottom);
+  CapVote vote;
+  for (const Index i : points) {
+    const double depth = top - direction.dot(positions[i] - origin);
+    if (depth > 16 * cap) continue;
+    const double term = (depth > 0 ? std::exp(-depth / cap) : 1.0) * direction.dot(normals[i]);
+    vote.outward += term;
+    vote.either += std::abs(term);
+  }
+  return vote;
+}
+
+/// Negative if the normals of a component point inward. Those of a closed surface say so in all directions; where they
+/// contradict each other there is no outside, and the upper side is as good as any.
+double outwardness(std::span<const Vec3> positions, const std::vector<Vec3>& normals,
+                   const std::vector<Index>& points) {
+  CapVote all;
+  for (int x = -1; x <= 1; ++x)
+    for (int y = -1; y <= 1; ++y)
+      for (int z = -1; z <= 1; ++z) {
+        if (x == 0 && y == 0 && z == 0) continue;
+        const CapVote vote = vote_of_cap(positions, normals, points, Vec3(x, y, z).normalized());
+        all.outward += vote.outward;
+        all.either += vote.either;
+      }
+  if (std::abs(all.outward) >= clear_majority * all.either) return all.outward;
+  return vote_of_cap(positions, normals, points, Vec3::UnitZ()).outward;
+}
+
+}  // namespace
+
+void orient_along(std::vector<Vec3>& normals, std::span<const Vec3> directions) {
+  check_lengths(normals.size(), directions.size(), "directions");
+  for (std::size_t i = 0; i < normals.size(); ++i)
+    if (normals[i].dot(directions[i]) < 0) normals[i] = -normals[i];
+}
+
+void PropagationOptions::check() const {
+  if (neighbors < 1 || neighbors > 1000)
+    throw OptionError("orientation.neighbors must be in [1, 1000], not " + std::to_string(neighbors));
+}
+
+std::size_t orient_by_propagation(std::vector<Vec3>& normals, std::span<const Vec3> positions,
+                                  const PropagationOptions& options, const RunContext& context) {
+  options.check();
+  check_lengths(normals.size(), positions.size(), "positions");
+  if (positions.empty()) return 0;
+  SignedForest forest(positions.size());
+  std::vector<double> remoteness;
+  // The links that join something, in this order, are those of a minimum spanning forest (Kruskal 1956).
+  for (const Link& link :
+       neighbor_links(positions, normals, static_cast<std::size_t>(options.neighbors), remoteness, context))
+    forest.join(link);
+  context.progress("orientation", 0.9);
+  const Parts parts = turn_to_roots(normals, forest);
+  const std::vector<std::vector<Index>> settled = settled_points(parts, remoteness);
+  std::vector<double> outward(parts.count);
+  parallel_for(
+      parts.count, context, [&](std::size_t p) { outward[p] = outwardness(positions, normals, settled[p]); }, 1);
+  for (std::size_t i = 0; i < normals.size(); ++i)
+    if (outward[parts.of_point[i]] < 0) normals[i] = -normals[i];
+  context.progress("orientation", 1);
+  return parts.count;
+}
+
+}  // namespace gpsrecon
