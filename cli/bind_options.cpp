@@ -24,6 +24,18 @@ void parse_holes(const std::string& text, TriangulateOptions& options) {
   }
 }
 
+/// A count, or as a percentage a ratio.
+void parse_particles(const std::string& text, ParticleOptions& options) {
+  options = {.selection = options.selection};
+  if (text == "all") return;
+  if (text.ends_with('%')) {
+    options.ratio = parse_double(text.substr(0, text.size() - 1)) / 100;
+  } else {
+    options.count = parse_natural(text);
+    if (options.count == 0) throw OptionError("expected all, a positive number N or X%, got '" + text + "'");
+  }
+}
+
 }  // namespace
 
 void bind_scale(Arguments& arguments, ScaleOptions& options) {
@@ -85,6 +97,69 @@ void bind_scale_choice(Arguments& arguments, ReconstructOptions& options) {
                    ">= 0");
   arguments.flag("--check-scale", options.check_scale,
                  "compare kernel widths by the likelihood of points that are held out, for the report only");
+}
+
+void bind_projection(Arguments& arguments, ProjectionOptions& options) {
+  arguments.group("Projection");
+  arguments.choice<ProjectionMethod>(
+      "--method", options.method,
+      {{"clop", ProjectionMethod::clop}, {"wlop", ProjectionMethod::wlop}, {"lop", ProjectionMethod::lop}},
+      "what draws the particles: a mixture of the points, the points weighted by the inverse of their density, or the "
+      "points");
+  arguments.option(
+      "--particles", "all|N|X%",
+      "particles: the points, a number of them, or a percentage; above 100 % there are new ones among them",
+      "N > 0, X in (0, 10000]", "all",
+      [&options](const std::string& text) { parse_particles(text, options.particles); });
+  arguments.choice<ParticleSelection>("--selection", options.particles.selection,
+                                      {{"random", ParticleSelection::random}, {"uniform", ParticleSelection::uniform}},
+                                      "which points, where there are fewer particles: any, or evenly over the surface");
+  arguments.option("--h-rel", "X", options.h_rel,
+                   "support radius of the kernels as a share of the diagonal, 0 = automatic, from spacing and noise",
+                   ">= 0");
+  arguments.option("--iterations", "N", options.project.iterations, "iterations, at most", "[1, 1000]");
+  arguments.option("--convergence", "X", options.project.convergence,
+                   "stop when no particle moves farther than X support radii, 0 = never", ">= 0");
+  arguments.option("--repulsion", "X", options.project.repulsion, "strength of the repulsion among particles",
+                   "[0, 0.5)");
+  arguments.option("--repulsion-cutoff", "X", options.project.repulsion_cutoff,
+                   "particles farther apart than X support radii do not repel each other", "(0, 1]");
+  arguments.option("--repulsion-interval", "N", options.project.repulsion_interval,
+                   "recompute the repulsion in every N-th iteration, and in the last", ">= 1");
+  arguments.choice<KernelCoefficients>(
+      "--kernel", options.project.kernel,
+      {{"published", KernelCoefficients::published}, {"tail", KernelCoefficients::tail}},
+      "Gaussians that stand for the kernel with --method clop: close to it near the particle, or farther out");
+  arguments.group("Mixture of --method clop");
+  arguments.option("--sigma0-rel", "X", options.sigma0_rel,
+                   "kernel width of a point as a share of the diagonal, 0 = automatic", ">= 0");
+  arguments.option("--alpha", "X", options.hem.alpha,
+                   "how unlike Gaussians may be that merge: Kullback-Leibler divergence at most X^2/2", "(0, 10]");
+  arguments.option("--hem-levels", "N", options.hem.max_levels,
+                   "largest number of reduction levels, 0 = until a level hardly reduces", ">= 0");
+  arguments.flag("--no-balance", "do not weight points by the inverse of the local density",
+                 [&options] { options.hem.balance = false; });
+}
+
+void bind_chain_projection(Arguments& arguments, ReconstructOptions& options) {
+  arguments.group("Projection");
+  const auto projection = [&options]() -> ProjectionOptions& {
+    if (!options.projection) options.projection.emplace();
+    return *options.projection;
+  };
+  arguments.option("--project", "clop|wlop|lop",
+                   "make the mixture of particles projected to local medians of the points (gpsrecon project), not of "
+                   "the points",
+                   "", "none", [projection](const std::string& text) {
+                     if (text == "clop")
+                       projection().method = ProjectionMethod::clop;
+                     else if (text == "wlop")
+                       projection().method = ProjectionMethod::wlop;
+                     else if (text == "lop")
+                       projection().method = ProjectionMethod::lop;
+                     else
+                       throw OptionError("expected one of clop|wlop|lop, got '" + text + "'");
+                   });
 }
 
 void bind_triangulate(Arguments& arguments, ReconstructOptions& options) {

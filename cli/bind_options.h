@@ -19,6 +19,10 @@ void bind_attributes(Arguments& arguments, AttributeOptions& options);
 void bind_hem(Arguments& arguments, ReconstructOptions& options);
 /// What chooses or checks the kernel width by a search: of the chain, which has all stages.
 void bind_scale_choice(Arguments& arguments, ReconstructOptions& options);
+/// How points are projected, of the command `project`.
+void bind_projection(Arguments& arguments, ProjectionOptions& options);
+/// Whether the chain projects them.
+void bind_chain_projection(Arguments& arguments, ReconstructOptions& options);
 void bind_triangulate(Arguments& arguments, ReconstructOptions& options);
 /// Where the sensor stood, of bind_triangulate() and of the fit.
 void bind_sensor(Arguments& arguments, ReconstructOptions& options);

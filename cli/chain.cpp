@@ -103,6 +103,7 @@ ExitCode run_chain(Arguments& arguments) {
   arguments.positional("OUT", files.out, "mesh (ply, obj, off, stl, glb; - is standard output)");
   bind_scale(arguments, options.scale);
   bind_attributes(arguments, attributes);
+  bind_chain_projection(arguments, options);
   bind_hem(arguments, options);
   bind_scale_choice(arguments, options);
   bind_triangulate(arguments, options);

@@ -11,6 +11,7 @@ namespace gpsrecon::cli {
 ExitCode run_chain(Arguments& arguments);
 ExitCode run_mixture(Arguments& arguments);
 ExitCode run_normals(Arguments& arguments);
+ExitCode run_project(Arguments& arguments);
 ExitCode run_triangulate(Arguments& arguments);
 ExitCode run_fit(Arguments& arguments);
 ExitCode run_infer(Arguments& arguments);

@@ -19,9 +19,10 @@ struct Command {
   ExitCode (*run)(Arguments& arguments);
 };
 
-constexpr std::array<Command, 10> commands{{
+constexpr std::array<Command, 11> commands{{
     {"mixture", "Reduces points to a Gaussian mixture.", run_mixture},
     {"normals", "Gives points robust, oriented normals.", run_normals},
+    {"project", "Projects points to local medians: less noise, even spacing, fewer or more of them.", run_project},
     {"triangulate", "Connects the Gaussians of a mixture to a covariance mesh.", run_triangulate},
     {"fit", "Moves a covariance mesh so that its surface runs through the points.", run_fit},
     {"infer", "Gives an ordinary mesh covariances: a covariance mesh.", run_infer},

@@ -4,8 +4,11 @@ include(CMakePackageConfigHelpers)
 
 # The headers of the library's interface. All others are details of their stage and stay behind.
 set(GPSRECON_PUBLIC_HEADERS
+  clop/kernel.h
   clop/normals.h
   clop/orientation.h
+  clop/particles.h
+  clop/project.h
   core/attributes.h
   core/clean.h
   core/error.h
@@ -44,6 +47,7 @@ set(GPSRECON_PUBLIC_HEADERS
   metrics/statistics.h
   pipeline/choose_scale.h
   pipeline/point_normals.h
+  pipeline/projection.h
   pipeline/reconstruct.h
   scan/gallery.h
   scan/mesh_target.h

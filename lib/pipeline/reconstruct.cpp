@@ -158,6 +158,7 @@ void ReconstructOptions::check() const {
   triangulate.check();
   fit.check();
   subdivide.check();
+  if (projection) projection->check();
   const auto fail = [](const char* field, const char* range, double value) {
     throw OptionError(std::string(field) + " must be " + range + ", not " + std::to_string(value));
   };
@@ -166,6 +167,8 @@ void ReconstructOptions::check() const {
   if (!(max_error_rel >= 0) || !std::isfinite(max_error_rel))
     fail("max_error_rel", "positive, or 0 for the automatic kernel width", max_error_rel);
   if (budget > 0 && budget < 4) fail("budget", "at least 4, or 0 for no limit", static_cast<double>(budget));
+  if (projection && max_error_rel > 0)
+    throw OptionError("projection and max_error_rel contradict each other: projected points share their errors");
   if (budget > 0 && max_error_rel > 0) throw OptionError("budget and max_error_rel contradict each other");
   if (const char* chooses = budget > 0 ? "budget" : max_error_rel > 0 ? "max_error_rel" : nullptr) {
     const auto contradicts = [&](const char* field) {
@@ -347,11 +350,20 @@ Reconstruction reconstruct(const PointCloud& world, const ReconstructOptions& gi
   timer.start("prepare");
   const PreparedCloud cloud = prepare(world, given.scale, context);
   describe_input(cloud, world.size(), report);
+  std::optional<PreparedCloud> projected;
+  if (given.projection) {
+    timer.start("project");
+    projected = cloud;
+    projected->clean.cloud = project_points(cloud.clean.cloud, cloud.scale, cloud.diagonal, *given.projection, context);
+    // The particles lie in a thinner sheet, which a narrower kernel keeps in one piece.
+    projected->scale = estimate_scale(projected->clean.cloud, {.isolation = 0}, context);
+  }
+  const PreparedCloud& sheet = projected ? *projected : cloud;
   timer.start("scale");
   if (given.check_scale) check_scale(cloud, given, context, report);
-  const ReconstructOptions options = choose_scale(cloud, given, context, report);
+  const ReconstructOptions options = choose_scale(sheet, given, context, report);
   timer.start("mixture");
-  const Mixture mixture = mixture_stage(cloud, options, context, report);
+  const Mixture mixture = mixture_stage(sheet, options, context, report);
   timer.start("triangulate");
   CovMesh mesh = triangulate_stage(mixture, options, context, report);
   timer.start("fit");

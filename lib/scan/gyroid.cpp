@@ -108,7 +108,7 @@ Vec3 Gyroid::refine(const Vec3& p, const Vec3& start) const {
   return on_surface(q);
 }
 
-SurfacePoint Gyroid::closest(const Vec3& p) const {
+ShapePoint Gyroid::closest(const Vec3& p) const {
   std::vector<Neighbor> candidates;
   nearest_sample_->nearest(p, 1, candidates);
   // The closest point has a sample within `cover`, which the surface's curvature lifts off its tangent plane by no more

@@ -14,7 +14,7 @@ class Gyroid final : public Shape {
  public:
   /// The period of the gyroid is 2π. Throws OptionError unless both are positive and the rounding is below the radius.
   Gyroid(double ball_radius, double rounding);
-  SurfacePoint closest(const Vec3& p) const override;
+  ShapePoint closest(const Vec3& p) const override;
   Mesh mesh(double tolerance) const override;
   /// |f|, over the largest gradient on the way.
   double clearance(const Vec3& p) const override;

@@ -111,7 +111,7 @@ double Knot::clearance(const Vec3& p) const {
   return bound > longest_step_ ? bound : std::abs(closest(p).distance);
 }
 
-SurfacePoint Knot::closest(const Vec3& p) const {
+ShapePoint Knot::closest(const Vec3& p) const {
   // The closest point is within half a step of a sample; of those that are in question only local minima are refined.
   const double bound = std::sqrt(nearest_sample(p)) + longest_step_ / 2;
   const auto squared = [&](std::size_t i) { return (samples_[i % sample_count] - p).squaredNorm(); };

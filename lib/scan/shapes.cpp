@@ -29,7 +29,7 @@ struct Meridian {
   Vec3 lift(const Vec2& v) const { return v.x() * radial + v.y() * axis; }
 };
 
-SurfacePoint lift(const Meridian& meridian, const ProfilePoint& q) {
+ShapePoint lift(const Meridian& meridian, const ProfilePoint& q) {
   const double distance = std::sqrt(q.squared_distance);
   return {meridian.lift(q.point), meridian.lift(q.normal), q.outside ? distance : -distance};
 }
@@ -72,7 +72,7 @@ std::optional<SurfaceHit> Shape::first_hit(const Vec3& origin, const Vec3& direc
     const Vec3 p = origin + t * direction;
     const double free = clearance(p);
     if (free <= 1e-10 * radius) {
-      const SurfacePoint q = closest(p);
+      const ShapePoint q = closest(p);
       return SurfaceHit{q.point, q.normal};
     }
     t += free;
@@ -81,7 +81,7 @@ std::optional<SurfaceHit> Shape::first_hit(const Vec3& origin, const Vec3& direc
 }
 
 Vec3 Shape::gradient(const Vec3& p) const {
-  const SurfacePoint q = closest(p);
+  const ShapePoint q = closest(p);
   // So close to the surface p - q is mostly rounding.
   if (std::abs(q.distance) < 1e-9 * bounding_radius()) return q.normal;
   return (p - q.point) / q.distance;
@@ -101,7 +101,7 @@ Mesh Cuboid::mesh(double) const {
   return mesh;
 }
 
-SurfacePoint Cuboid::closest(const Vec3& p) const {
+ShapePoint Cuboid::closest(const Vec3& p) const {
   const Vec3 beyond = p.cwiseAbs() - half_;
   if (beyond.maxCoeff() > 0) {
     const Vec3 q = p.cwiseMax(-half_).cwiseMin(half_);
@@ -124,7 +124,7 @@ RoundedBox::RoundedBox(const Vec3& half_extents, double radius)
   if (!(radius > 0 && core_.minCoeff() > 0)) throw OptionError("a box is too small for the radius of its edges");
 }
 
-SurfacePoint RoundedBox::closest(const Vec3& p) const {
+ShapePoint RoundedBox::closest(const Vec3& p) const {
   const Vec3 q = p.cwiseMax(-core_).cwiseMin(core_);
   if (q != p) {
     const Vec3 normal = (p - q).normalized();
@@ -189,9 +189,9 @@ Lathe::Lathe(Profile outline) : outline_(std::move(outline)) {
   bounding_radius_ = std::hypot(box.max.x(), std::max(std::abs(box.min.y()), std::abs(box.max.y())));
 }
 
-SurfacePoint Lathe::closest(const Vec3& p) const {
+ShapePoint Lathe::closest(const Vec3& p) const {
   const Meridian meridian(Vec3::UnitZ(), p);
-  SurfacePoint q = lift(meridian, outline_.closest(meridian.at));
+  ShapePoint q = lift(meridian, outline_.closest(meridian.at));
   if (!closed_) q.distance = std::abs(q.distance);
   return q;
 }
@@ -233,7 +233,7 @@ Prism::Prism(std::vector<Profile> outlines, double half_height)
   bounding_radius_ = std::hypot(low.cwiseAbs().cwiseMax(high.cwiseAbs()).norm(), half_height);
 }
 
-SurfacePoint Prism::closest(const Vec3& p) const {
+ShapePoint Prism::closest(const Vec3& p) const {
   const Vec2 at = p.head<2>();
   ProfilePoint wall = outlines_.front().closest(at);
   for (std::size_t i = 1; i < outlines_.size(); ++i)
@@ -322,8 +322,8 @@ double TurnedBall::diagonal() const {
   return extent.norm();
 }
 
-SurfacePoint TurnedBall::closest(const Vec3& p) const {
-  SurfacePoint best{Vec3::Zero(), Vec3::Zero(), std::numeric_limits<double>::infinity()};
+ShapePoint TurnedBall::closest(const Vec3& p) const {
+  ShapePoint best{Vec3::Zero(), Vec3::Zero(), std::numeric_limits<double>::infinity()};
   // The rest of the sphere. For a point below a cap its closest point is on the rim, where a feature starts.
   if (!is_capped(p)) {
     const double length = p.norm();
@@ -333,7 +333,7 @@ SurfacePoint TurnedBall::closest(const Vec3& p) const {
   for (const Feature& feature : features_) {
     if ((p - feature.center).norm() - feature.radius > std::abs(best.distance)) continue;
     const Meridian meridian(feature.axis, p);
-    const SurfacePoint q = lift(meridian, feature.profile.closest(meridian.at));
+    const ShapePoint q = lift(meridian, feature.profile.closest(meridian.at));
     if (std::abs(q.distance) < std::abs(best.distance)) best = q;
   }
   return best;

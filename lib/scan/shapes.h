@@ -11,7 +11,7 @@
 namespace gpsrecon {
 
 /// The point of a surface that is closest to another point p.
-struct SurfacePoint {
+struct ShapePoint {
   Vec3 point;
   Vec3 normal;      ///< unit, outward; on a crease the mean of both sides
   double distance;  ///< of p from the surface, negative inside; never negative where the surface is open
@@ -20,7 +20,7 @@ struct SurfacePoint {
 class Shape : public ScanTarget {
  public:
   /// Exact up to rounding; where several points are closest, one of them.
-  virtual SurfacePoint closest(const Vec3& p) const = 0;
+  virtual ShapePoint closest(const Vec3& p) const = 0;
   /// Whether it bounds a solid.
   virtual bool is_closed() const { return true; }
 
@@ -46,7 +46,7 @@ class Shape : public ScanTarget {
 class Cuboid final : public Shape {
  public:
   explicit Cuboid(const Vec3& half_extents) : half_(half_extents) {}
-  SurfacePoint closest(const Vec3& p) const override;
+  ShapePoint closest(const Vec3& p) const override;
   Mesh mesh(double tolerance) const override;
   double bounding_radius() const override { return half_.norm(); }
   double diagonal() const override { return 2 * half_.norm(); }
@@ -60,7 +60,7 @@ class RoundedBox final : public Shape {
  public:
   /// Throws OptionError if the radius is out of range.
   RoundedBox(const Vec3& half_extents, double radius);
-  SurfacePoint closest(const Vec3& p) const override;
+  ShapePoint closest(const Vec3& p) const override;
   Mesh mesh(double tolerance) const override;
   double bounding_radius() const override { return core_.norm() + radius_; }
   double diagonal() const override { return 2 * (core_.array() + radius_).matrix().norm(); }
@@ -75,7 +75,7 @@ class RoundedBox final : public Shape {
 class Lathe final : public Shape {
  public:
   explicit Lathe(Profile outline);
-  SurfacePoint closest(const Vec3& p) const override;
+  ShapePoint closest(const Vec3& p) const override;
   bool is_closed() const override { return closed_; }
   Mesh mesh(double tolerance) const override;
   double bounding_radius() const override { return bounding_radius_; }
@@ -99,7 +99,7 @@ class Prism final : public Shape {
  public:
   /// Throws OptionError if there is no outline or one is not closed.
   Prism(std::vector<Profile> outlines, double half_height);
-  SurfacePoint closest(const Vec3& p) const override;
+  ShapePoint closest(const Vec3& p) const override;
   Mesh mesh(double tolerance) const override;
   double bounding_radius() const override { return bounding_radius_; }
   double diagonal() const override { return diagonal_; }
@@ -115,7 +115,7 @@ class Knot final : public Shape {
  public:
   /// Range of the tube's radius: (0, 0.6], where it stays clear of itself. Throws OptionError.
   explicit Knot(double radius);
-  SurfacePoint closest(const Vec3& p) const override;
+  ShapePoint closest(const Vec3& p) const override;
   Mesh mesh(double tolerance) const override;
   double clearance(const Vec3& p) const override;
   double bounding_radius() const override { return 3 + radius_; }
@@ -140,7 +140,7 @@ class TurnedBall final : public Shape {
   /// Throws OptionError if an end lies elsewhere.
   TurnedBall& add(const Vec3& axis, Profile profile);
 
-  SurfacePoint closest(const Vec3& p) const override;
+  ShapePoint closest(const Vec3& p) const override;
   Mesh mesh(double tolerance) const override;
   double bounding_radius() const override { return bounding_radius_; }
   double diagonal() const override;

@@ -16,8 +16,8 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::StartsWith;
 
-const std::vector<std::string> commands = {"mixture", "normals",   "triangulate", "fit",  "infer",
-                                           "covmesh", "subdivide", "compare",     "scan", "info"};
+const std::vector<std::string> commands = {"mixture", "normals",   "project", "triangulate", "fit", "infer",
+                                           "covmesh", "subdivide", "compare", "scan",        "info"};
 
 std::vector<std::string> lines_of(const std::string& text) {
   std::istringstream stream(text);
@@ -143,7 +143,7 @@ constexpr BadLine bad_lines[] = {
     {"", "IN"},
     {"in.xyz", "OUT"},
     {"in.xyz out.ply more", "more"},
-    {"project in.xyz out.ply", "out.ply"},
+    {"prospect in.xyz out.ply", "out.ply"},
     {"mixture", "IN"},
     {"mixture in.xyz", "OUT"},
     {"info", "FILE"},

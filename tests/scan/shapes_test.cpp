@@ -60,7 +60,7 @@ INSTANTIATE_TEST_SUITE_P(Shapes, ShapeTest, ::testing::ValuesIn(shapes()),
 TEST_P(ShapeTest, DistanceIsReachedByAPointOfTheSurface) {
   for (std::uint64_t i = 0; i < 20'000; ++i) {
     const Vec3 p = random_point(0, i, 1.2 * radius());
-    const SurfacePoint q = shape().closest(p);
+    const ShapePoint q = shape().closest(p);
     ASSERT_NEAR(shape().distance(q.point), 0, tolerance()) << p.transpose();
     ASSERT_NEAR((p - q.point).norm(), std::abs(q.distance), tolerance()) << p.transpose();
     ASSERT_LE(q.point.norm(), radius() * (1 + 1e-13));
@@ -82,15 +82,14 @@ TEST_P(ShapeTest, GradientIsThatOfTheDistance) {
   int smooth = 0, jumps = 0;
   for (std::uint64_t i = 0; i < 20'000; ++i) {
     // Near the surface, on both sides of it.
-    const SurfacePoint q = shape().closest(random_point(3, i, 1.2 * radius()));
+    const ShapePoint q = shape().closest(random_point(3, i, 1.2 * radius()));
     const Vec3 p = q.point + random_point(4, i, 0.02 * radius());
     // A convex crease at distance d bends the distance by 1/d, so differences over h are off by h/4d.
     if (std::abs(shape().distance(p)) < 1e-3 * radius()) continue;
     Vec3 difference = Vec3::Zero();
     bool jump = false;
     for (int k = 0; k < 3; ++k) {
-      const SurfacePoint ahead = shape().closest(p + h * Vec3::Unit(k)),
-                         behind = shape().closest(p - h * Vec3::Unit(k));
+      const ShapePoint ahead = shape().closest(p + h * Vec3::Unit(k)), behind = shape().closest(p - h * Vec3::Unit(k));
       difference[k] = (ahead.distance - behind.distance) / (2 * h);
       // Where the closest point jumps the distance has a kink: the bisector of a crease.
       jump = jump || (ahead.point - behind.point).norm() > 50 * h;
@@ -110,7 +109,7 @@ TEST_P(ShapeTest, GradientIsThatOfTheDistance) {
 TEST_P(ShapeTest, NormalLeadsAwayFromTheSurface) {
   const double step = 1e-6 * radius();
   for (std::uint64_t i = 0; i < 20'000; ++i) {
-    const SurfacePoint q = shape().closest(random_point(5, i, 1.2 * radius()));
+    const ShapePoint q = shape().closest(random_point(5, i, 1.2 * radius()));
     const double side = q.distance > 0 ? step : -step;
     ASSERT_NEAR(q.normal.norm(), 1, 1e-12);
     ASSERT_NEAR(shape().distance(q.point + side * q.normal), side, 1e-9 * radius()) << q.point.transpose();

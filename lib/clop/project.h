@@ -1,0 +1,66 @@
+#pragma once
+
+#include <gpsrecon/clop/kernel.h>
+#include <gpsrecon/core/mixture.h>
+#include <gpsrecon/core/point_cloud.h>
+#include <gpsrecon/core/run_context.h>
+#include <functional>
+#include <span>
+
+namespace gpsrecon {
+
+/// What a projection did in one iteration.
+struct ProjectionProgress {
+  int iteration;                    ///< 1 for the first
+  std::span<const Vec3> positions;  ///< of the particles after it
+  std::span<const Vec3> repulsion;  ///< F2 of every particle as it was used; zeros in the first iteration
+  double largest_move;              ///< of a particle in it, units of the positions
+};
+
+/// How particles are projected.
+struct ProjectOptions {
+  /// Support radius h of the kernels in units of the positions: θ falls to e^-16 there. Detail much smaller than h/4 is
+  /// smoothed, noise much larger is not removed. Range: > 0; there is no default, automatic_support_radius() is one.
+  double support_radius = 0;
+  /// Iterations, at most. The first goes to the local mean, all others towards the local median. Range: [1, 1000].
+  int iterations = 15;
+  /// Strength μ of the repulsion among particles. Range: [0, 0.5); 0 = none.
+  double repulsion = 0.4;
+  /// Particles farther apart than this many support radii do not repel each other. Range: (0, 1].
+  double repulsion_cutoff = 0.5;
+  /// The repulsion is recomputed in every so many iterations, and in the last. Range: >= 1; 1 = in all.
+  int repulsion_interval = 2;
+  /// Stop when no particle moves farther than this many support radii. Range: >= 0; 0 = never.
+  double convergence = 1e-3;
+  /// Of mixtures: the Gaussians that stand for the kernel.
+  KernelCoefficients kernel = KernelCoefficients::published;
+  /// Of points: divide their weights by the density around them (WLOP), so that dense areas do not dominate; without,
+  /// it is LOP. For mixtures that is a property of the mixture (HemOptions::balance).
+  bool balance = true;
+  /// Called after every iteration. May be empty.
+  std::function<void(const ProjectionProgress&)> on_iteration = nullptr;
+
+  /// Throws OptionError naming the field and the value.
+  void check() const;
+};
+
+/// Support radius for points of this spacing and noise (hem/scale.h): wide enough to hold the points that tell where
+/// the surface is, and to bridge its noise.
+double automatic_support_radius(double spacing, double noise);
+
+/// Continuous locally optimal projection, CLOP: draws particles to local L1 medians of the density of a mixture, in
+/// closed form, while they repel each other. Preiner et al. 2014, sections 6-8, Eq. 3, 5, 18-24; α̂ (kernel.h) defines
+/// the operator. Particles and mixture must be in one frame. Attributes of the particles stay with them. Particles that
+/// coincide are first moved apart by h/100 in random directions; one that no component reaches stays where it is. There
+/// may be more particles than points. Independent of the thread count to the last bit, and of units.
+/// O(n (log m + k)) per iteration for n particles within reach of k of m components.
+/// Throws OptionError, InvariantError if the frames differ or a position is not finite, Cancelled.
+PointCloud project(const PointCloud& particles, const Mixture& mixture, const ProjectOptions& options,
+                   const RunContext& context = {});
+
+/// The same towards the medians of points: WLOP (Huang et al. 2009), or without `balance` LOP (Lipman et al. 2007).
+/// Preiner et al. 2014, Eq. 2-6, 25. Weights of the points count.
+PointCloud project(const PointCloud& particles, const PointCloud& points, const ProjectOptions& options,
+                   const RunContext& context = {});
+
+}  // namespace gpsrecon
