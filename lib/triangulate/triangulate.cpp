@@ -124,14 +124,18 @@ Triangulation triangulate(const Mixture& mixture, const TriangulateOptions& opti
   result.filled_vertices = mending.new_vertices;
   if (mending.rims > 0)
     context.warn(std::to_string(mending.rims) + " outer rims of open sheets were capped: there are no points there");
-  // Gaussians of places that were replaced are left over, too.
-  std::vector<char> used(mesh.vertices.size(), 0);
+  // Gaussians of places that were replaced are left over, too, unless a copy of them is still in use.
+  std::vector<char> used(mesh.vertices.size(), 0), component_used(mixture.size(), 0);
   for (const Index v : mesh.faces.corners) used[v] = 1;
   for (Index v = 0; v < mesh.vertices.size(); ++v)
-    if (!used[v] && result.component_of_vertex[v] != no_index) {
-      ++result.leftover_components;
-      result.leftover_weight += mesh.vertices.weights[v];
-    }
+    if (const Index s = result.component_of_vertex[v]; used[v] && s != no_index) component_used[s] = 1;
+  for (Index v = 0; v < mesh.vertices.size(); ++v) {
+    const Index s = result.component_of_vertex[v];
+    if (used[v] || s == no_index) continue;
+    if (!component_used[s]) ++result.leftover_components;
+    component_used[s] = 1;
+    result.leftover_weight += mesh.vertices.weights[v];
+  }
   const std::vector<Index> kept = compact(mesh.vertices, result.component_of_vertex, mesh.faces);
   result.flipped_components = orient(mesh.vertices, mesh.faces, options.sensor);
   for (const std::vector<Index>& loop : boundary_loops(mesh.faces, half_edges(mesh.faces, mesh.vertices.size())))

@@ -479,5 +479,49 @@ TEST_F(ChainTest, errors_to_look_at) {
   EXPECT_EQ(run_here({"in.ply", "out.ply", "--html", "out.ply"}).exit_code, 2);
 }
 
+TEST_F(ChainTest, catmull_clark_gives_quadrilaterals_and_its_stages_the_same_bytes) {
+  do_here({"in.ply", "out.ply", "--scheme", "catmull-clark"});
+  const json r = report("out.report.json");
+  EXPECT_EQ(r.at("mesh").at("topology").at("euler"), 2);
+  EXPECT_EQ(r.at("mesh").at("faces"), r.at("mesh").at("vertices").get<int>() - 2);  // closed, of quadrilaterals
+  do_here({"mixture", "in.ply", "m.ply"});
+  do_here({"triangulate", "m.ply", "t.ply"});
+  do_here({"fit", "t.ply", "in.ply", "f.ply", "--scheme", "catmull-clark"});
+  do_here({"subdivide", "f.ply", "s.ply", "--scheme", "catmull-clark"});
+  EXPECT_EQ(bytes("f.ply"), bytes("out.covmesh.ply"));
+  EXPECT_EQ(bytes("s.ply"), bytes("out.ply"));
+}
+
+TEST_F(ChainTest, polygons_need_catmull_clark) {
+  write_bytes(folder / "cube.off",
+              "OFF\n8 6 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 1\n1 0 1\n1 1 1\n0 1 1\n"
+              "4 0 3 2 1\n4 4 5 6 7\n4 0 1 5 4\n4 1 2 6 5\n4 2 3 7 6\n4 3 0 4 7\n");
+  do_here({"infer", "cube.off", "cube.ply"});
+  for (const std::vector<std::string>& line : std::vector<std::vector<std::string>>{
+           {"subdivide", "cube.ply", "s.ply"}, {"cube.ply", "s.ply"}, {"fit", "cube.ply", "in.ply", "s.ply"}}) {
+    const ProcessResult refused = run_here(line);
+    EXPECT_EQ(refused.exit_code, 3);
+    EXPECT_THAT(refused.err, HasSubstr("cube.ply: face 0 has 4 corners"));
+  }
+  do_here({"subdivide", "cube.ply", "s.ply", "--scheme", "catmull-clark", "--levels", "2"});
+  do_here({"cube.ply", "c.ply", "--scheme", "catmull-clark", "--levels", "2"});
+  EXPECT_EQ(bytes("s.ply"), bytes("c.ply"));
+  do_here({"compare", "cube.ply", "s.ply", "--samples", "1000", "--max-error", "1e-6"});
+}
+
+TEST_F(ChainTest, project_writes_particles_with_normals) {
+  do_here({"project", "in.ply", "p.ply", "--particles", "50%"});
+  EXPECT_THAT(bytes("p.ply"), HasSubstr("property float nx"));
+  do_here({"project", "in.ply", "bare.ply", "--method", "wlop", "--particles", "100", "--no-normals"});
+  EXPECT_THAT(bytes("bare.ply"), HasSubstr("element vertex 100\n"));
+  EXPECT_THAT(bytes("bare.ply"), Not(HasSubstr("nx")));
+  do_here({"in.ply", "a.ply", "--project", "clop"});
+  do_here({"in.ply", "b.ply", "--project", "clop", "--threads", "1"});
+  EXPECT_EQ(bytes("a.ply"), bytes("b.ply"));
+  EXPECT_EQ(run_here({"project", "in.ply", "p.ply", "--particles", "0"}).exit_code, 2);
+  EXPECT_EQ(run_here({"project", "in.ply", "p.ply", "--h-rel", "-1"}).exit_code, 2);
+  EXPECT_EQ(run_here({"in.ply", "a.ply", "--project", "clap"}).exit_code, 2);
+}
+
 }  // namespace
 }  // namespace gpsrecon::test
