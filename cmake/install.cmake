@@ -21,6 +21,7 @@ set(GPSRECON_PUBLIC_HEADERS
   core/parallel.h
   core/point_cloud.h
   core/random.h
+  core/repair_topology.h
   core/run_context.h
   core/sym3.h
   core/vec.h

@@ -43,10 +43,16 @@ void validate(const CovMesh& mesh) {
   validate(mesh.vertices);
   validate_faces(mesh.faces, mesh.vertices.size());
   const Topology t = topology(mesh.faces, mesh.vertices.size());
-  if (!t.manifold())
-    throw InvariantError("covariance mesh: " + std::to_string(t.nonmanifold_edges) + " non-manifold edges, " +
-                         std::to_string(t.nonmanifold_vertices) + " non-manifold vertices, " +
-                         std::to_string(t.inconsistent_edges) + " inconsistently oriented edges");
+  if (!t.manifold()) {
+    const std::vector<Index> fans =
+        vertex_fans(mesh.faces, half_edges(mesh.faces, mesh.vertices.size()), mesh.vertices.size());
+    const auto first = std::find_if(fans.begin(), fans.end(), [](Index count) { return count > 1; });
+    throw InvariantError(
+        "covariance mesh: " + std::to_string(t.nonmanifold_edges) + " non-manifold edges, " +
+        std::to_string(t.nonmanifold_vertices) + " non-manifold vertices, " + std::to_string(t.inconsistent_edges) +
+        " inconsistently oriented edges" +
+        (first == fans.end() ? "" : "; the first such vertex is " + std::to_string(first - fans.begin())));
+  }
 }
 
 }  // namespace gpsrecon
