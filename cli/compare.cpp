@@ -1,10 +1,12 @@
 #include <gpsrecon/gps/subdivide.h>
+#include <gpsrecon/metrics/align.h>
 #include <gpsrecon/metrics/compare.h>
 #include <gpsrecon/metrics/report.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 
 #include "commands.h"
 #include "console.h"
@@ -71,6 +73,26 @@ ErrorReport compare_shapes(const Shape& judged, const Shape& reference, const Co
                              : compare(judged.cloud, reference.cloud, options, context);
 }
 
+/// Brings what is judged onto the reference.
+AlignmentReport align_shape(Shape& judged, const Shape& reference, const Console& console) {
+  const RunContext context = console.context();
+  AlignmentReport motion;
+  if (judged.is_mesh()) {
+    motion = reference.is_mesh() ? align(judged.mesh, reference.mesh, {}, context)
+                                 : align(judged.mesh, reference.cloud, {}, context);
+    judged.mesh = moved_by(judged.mesh, motion);
+  } else {
+    motion = reference.is_mesh() ? align(judged.cloud, reference.mesh, {}, context)
+                                 : align(judged.cloud, reference.cloud, {}, context);
+    judged.cloud = moved_by(judged.cloud, motion);
+  }
+  console.info("aligned in " + std::to_string(motion.iterations) + " steps: root mean square distance " +
+               std::to_string(motion.rms_before) + " -> " + std::to_string(motion.rms_after));
+  if (!motion.converged)
+    console.warn("the alignment was still moving after " + std::to_string(motion.iterations) + " steps");
+  return motion;
+}
+
 /// The largest distance, either way where both were measured.
 double largest_distance(const ErrorReport& report) {
   double largest = 0;
@@ -88,6 +110,7 @@ ExitCode run_compare(Arguments& arguments) {
   double max_error = INFINITY;
   CompareOptions options;
   ErrorViews views;
+  bool align_first = false;
   arguments.positional(
       "SHAPE", judged_file,
       "what is judged: a mesh (ply, obj, off, stl), a covariance mesh, or points (- is standard input)");
@@ -101,6 +124,8 @@ ExitCode run_compare(Arguments& arguments) {
       "> 0");
   arguments.option("--far", "X", options.far_rel,
                    "share of the diagonal of REFERENCE beyond which surface counts as spurious or missing", "> 0");
+  arguments.flag("--align", align_first,
+                 "first bring SHAPE onto REFERENCE by a rigid motion, from where it lies: it has to lie about right");
   arguments.flag("--self-intersections", options.self_intersections,
                  "count the faces of SHAPE, if it is a mesh, that intersect others");
   arguments.option("--max-error", "X",
@@ -123,15 +148,19 @@ ExitCode run_compare(Arguments& arguments) {
   const Console console(globals);
 
   const RunContext context = console.context();
-  const Shape judged = load_shape(judged_file, console), reference = load_shape(reference_file, console);
+  Shape judged = load_shape(judged_file, console);
+  const Shape reference = load_shape(reference_file, console);
   if (views.wanted() && !judged.is_mesh())
     throw OptionError("--heatmap and --html show a mesh; " + judged_file + " holds points");
   if (options.self_intersections && !judged.is_mesh())
     throw OptionError("--self-intersections needs a mesh; " + judged_file + " holds points");
+  std::optional<AlignmentReport> motion;
+  if (align_first) motion = align_shape(judged, reference, console);
   ErrorReport report = compare_shapes(judged, reference, options, context);
   if (report.mesh) report.mesh->file = file_report(judged_file);
   if (report.reference) report.reference->file = file_report(reference_file);
   if (report.input) report.input->file = file_report(report.reference ? judged_file : reference_file);
+  report.alignment = motion;
   report.version = GPSRECON_VERSION;
   report.command = "compare";
   report.seed = globals.seed;

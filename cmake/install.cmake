@@ -34,6 +34,7 @@ set(GPSRECON_PUBLIC_HEADERS
   hem/likelihood.h
   hem/scale.h
   io/io.h
+  metrics/align.h
   metrics/compare.h
   metrics/distance.h
   metrics/file_hash.h

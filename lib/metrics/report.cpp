@@ -186,6 +186,17 @@ Json to_object(const ReferenceReport& r) {
           {"reference_to_mesh", to_object(r.reference_to_mesh, r.diagonal)}};
 }
 
+Json to_object(const AlignmentReport& r, double diagonal) {
+  Json rotation = Json::array();
+  for (Eigen::Index row = 0; row < 3; ++row) rotation.push_back(vector_json(r.rotation.row(row).transpose()));
+  return {{"rotation", std::move(rotation)},
+          {"translation", vector_json(r.translation)},
+          {"iterations", r.iterations},
+          {"converged", r.converged},
+          {"rms_before", length_json(r.rms_before, diagonal)},
+          {"rms_after", length_json(r.rms_after, diagonal)}};
+}
+
 Json to_object(const CompressionReport& r) {
   return {{"numbers_read", r.numbers_read}, {"numbers_stored", r.numbers_stored}, {"ratio", r.ratio}};
 }
@@ -227,6 +238,7 @@ Json to_object(const ErrorReport& r) {
           {"surface_to_points", optional_json(r.surface_to_points, diagonal)},
           {"thresholds", optional_json(r.thresholds)},
           {"reference", optional_json(r.reference)},
+          {"alignment", optional_json(r.alignment, diagonal)},
           {"compression", optional_json(r.compression)},
           {"warnings", r.warnings},
           {"options", std::move(options)},

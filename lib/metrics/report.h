@@ -178,6 +178,16 @@ struct ReferenceReport {
   double f_score() const;
 };
 
+/// The rigid motion by which a shape was brought onto the reference before it was compared (metrics/align.h): x becomes
+/// rotation x + translation, in world coordinates.
+struct AlignmentReport {
+  Mat3 rotation = Mat3::Identity();
+  Vec3 translation = Vec3::Zero();
+  int iterations = 0;
+  bool converged = false;
+  double rms_before = 0, rms_after = 0;  ///< distance of the places that were matched, scene units
+};
+
 /// Numbers stored in the covariance mesh against numbers read, see compression().
 struct CompressionReport {
   std::size_t numbers_read = 0, numbers_stored = 0;
@@ -209,6 +219,7 @@ struct ErrorReport {
   std::optional<DirectionReport> surface_to_points;  ///< samples of the surface to the nearest point
   std::optional<Thresholds> thresholds;              ///< of that
   std::optional<ReferenceReport> reference;
+  std::optional<AlignmentReport> alignment;  ///< if it was asked for
   std::optional<CompressionReport> compression;
   std::vector<std::string> warnings;
   std::map<std::string, OptionValue> options;  ///< in force, by name

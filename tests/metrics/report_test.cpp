@@ -45,6 +45,7 @@ ErrorReport full_report() {
   options.samples = 500;
   report.reference = compare(mesh, sphere(3), options).reference;
   report.reference->file = FileReport{"truth.ply", "ply", "0123456789abcdef"};
+  report.alignment = AlignmentReport{Mat3::Identity(), Vec3(1, 2, 3), 7, true, 0.2, 0.1};
   report.version = "1.2.3";
   report.command = "reconstruct";
   report.input->file = {"scan.ply", "ply", ""};
@@ -138,7 +139,8 @@ TEST(ReportSchema, NoticesEveryChangedType) {
           is_option || where.find("/center/") != std::string::npos || where.find("/max_at/") != std::string::npos ||
           where.find("/volume") != std::string::npos || where.find("/mean_log_likelihood") != std::string::npos ||
           where.find("/euler") != std::string::npos || where.find("/genus") != std::string::npos ||
-          where.find("/signed_mean/") != std::string::npos;
+          where.find("/signed_mean/") != std::string::npos || where.find("/rotation/") != std::string::npos ||
+          where.find("/translation/") != std::string::npos;
       nlohmann::json broken = report;
       broken.at(at) = -1;
       EXPECT_EQ(schema().errors(broken).empty(), may_be_negative) << where << " = -1";
