@@ -5,6 +5,7 @@
 #include <gpsrecon/metrics/align.h>
 #include <gpsrecon/metrics/compare.h>
 #include <gpsrecon/metrics/distance.h>
+#include <gpsrecon/metrics/mesh_measures.h>
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -26,15 +27,6 @@ struct Match {
   double distance;
 };
 using Matcher = std::function<std::vector<Match>(const std::vector<Vec3>& places)>;
-
-Vec3 face_normal(const Mesh& mesh, Index f) {
-  const auto face = mesh.faces[f];
-  Vec3 sum = Vec3::Zero();
-  for (std::size_t k = 2; k < face.size(); ++k)
-    sum += (mesh.positions[face[k - 1]] - mesh.positions[face[0]])
-               .cross(mesh.positions[face[k]] - mesh.positions[face[0]]);
-  return sum.stableNormalized();
-}
 
 /// The motion that brings the places nearest to the planes through their matches, to first order (Chen and Medioni),
 /// made a rotation.
@@ -149,7 +141,7 @@ AlignmentReport align_to(const Mesh& reference, std::vector<Vec3> places, const 
     const std::vector<ClosestPoint> found = surface.distances(at, context);
     std::vector<Match> matches(at.size());
     parallel_for(at.size(), context, [&](std::size_t i) {
-      matches[i] = {found[i].point, face_normal(reference, found[i].face), found[i].distance};
+      matches[i] = {found[i].point, area_vector(reference, found[i].face).stableNormalized(), found[i].distance};
     });
     return matches;
   };

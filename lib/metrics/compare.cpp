@@ -48,17 +48,6 @@ DistanceReport summarise(const std::vector<ClosestPoint>& found, std::span<const
   return report;
 }
 
-/// Per face: twice the area times the unit normal.
-Vec3 area_vector(const Mesh& mesh, Index f) {
-  const auto face = mesh.faces[f];
-  Vec3 sum = Vec3::Zero();
-  for (std::size_t k = 2; k < face.size(); ++k) {
-    const Vec3& a = mesh.positions[face[0]];
-    sum += (mesh.positions[face[k - 1]] - a).cross(mesh.positions[face[k]] - a);
-  }
-  return sum;
-}
-
 /// Unit normals of a shape by number of face or point; zero where there is none.
 using Normals = std::function<Vec3(Index)>;
 

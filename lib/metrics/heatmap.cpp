@@ -1,6 +1,7 @@
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/metrics/distance.h>
 #include <gpsrecon/metrics/heatmap.h>
+#include <gpsrecon/metrics/mesh_measures.h>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -60,15 +61,6 @@ void require_same_frame(const Frame& a, const Frame& b) {
   if (!(a == b)) throw InvariantError("error map: the frames differ");
 }
 
-Vec3 face_normal(const Mesh& mesh, Index f) {
-  const auto face = mesh.faces[f];
-  Vec3 sum = Vec3::Zero();
-  for (std::size_t k = 2; k < face.size(); ++k)
-    sum += (mesh.positions[face[k - 1]] - mesh.positions[face[0]])
-               .cross(mesh.positions[face[k]] - mesh.positions[face[0]]);
-  return sum;
-}
-
 }  // namespace
 
 ErrorMap error_map(const Mesh& mesh, const Mesh& reference, double range, const RunContext& context) {
@@ -76,7 +68,7 @@ ErrorMap error_map(const Mesh& mesh, const Mesh& reference, double range, const 
   const std::vector<ClosestPoint> found = SurfaceDistance(reference, context).distances(mesh.positions, context);
   std::vector<double> errors(found.size());
   for (std::size_t v = 0; v < errors.size(); ++v) {
-    const bool below = face_normal(reference, found[v].face).dot(mesh.positions[v] - found[v].point) < 0;
+    const bool below = area_vector(reference, found[v].face).dot(mesh.positions[v] - found[v].point) < 0;
     errors[v] = mesh.frame.scale() * (below ? -found[v].distance : found[v].distance);
   }
   return finished(std::move(errors), range, true);

@@ -15,6 +15,15 @@ std::optional<long> genus(const Topology& t) {
   return (2 * static_cast<long>(t.components) - t.euler) / 2;
 }
 
+Vec3 area_vector(const Mesh& mesh, Index f) {
+  const auto face = mesh.faces[f];
+  const Vec3& a = mesh.positions[face[0]];
+  Vec3 sum = Vec3::Zero();
+  for (std::size_t k = 2; k < face.size(); ++k)
+    sum += (mesh.positions[face[k - 1]] - a).cross(mesh.positions[face[k]] - a);
+  return sum;
+}
+
 double surface_area(const std::vector<Vec3>& positions, const FaceList& faces, const RunContext& context) {
   return parallel_sum<double>(faces.size(), context, [&](std::size_t f) {
     const auto face = faces[f];
