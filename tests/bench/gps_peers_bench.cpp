@@ -1,0 +1,110 @@
+// What refinement costs beside OpenMesh's, which moves three numbers per vertex and gives no limit and no normals
+// unless asked, and beside plain copying of memory.
+
+#include <benchmark/benchmark.h>
+#include <gpsrecon/gps/infer.h>
+#include <gpsrecon/gps/subdivide.h>
+#include <cstring>
+
+#include <OpenMesh/Core/Mesh/PolyMesh_ArrayKernelT.hh>
+#include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
+#include <OpenMesh/Tools/Subdivider/Uniform/CatmullClarkT.hh>
+#include <OpenMesh/Tools/Subdivider/Uniform/LoopT.hh>
+
+#include "gps/meshes.h"
+
+namespace gpsrecon::test {
+namespace {
+
+struct DoubleTraits : OpenMesh::DefaultTraits {
+  using Point = OpenMesh::Vec3d;
+  using Normal = OpenMesh::Vec3d;
+};
+using TriangleMesh = OpenMesh::TriMesh_ArrayKernelT<DoubleTraits>;
+using PolygonMesh = OpenMesh::PolyMesh_ArrayKernelT<DoubleTraits>;
+
+constexpr int levels = 3;
+
+const Mesh& control() {
+  static const Mesh mesh = torus(150, 120);  // 18,000 vertices
+  return mesh;
+}
+
+void set_rate(benchmark::State& state, std::size_t vertices) {
+  state.counters["vertices"] = static_cast<double>(vertices);
+  state.counters["per_second"] =
+      benchmark::Counter(static_cast<double>(vertices), benchmark::Counter::kIsIterationInvariantRate);
+}
+
+void refine_gaussians(benchmark::State& state, Scheme scheme) {
+  const CovMesh mesh = infer_covariances(control()).mesh;
+  RunContext context;
+  context.threads = static_cast<int>(state.range(0));
+  std::size_t vertices = 0;
+  for (auto _ : state) vertices = subdivide(mesh, {.scheme = scheme, .levels = levels}, context).positions.size();
+  set_rate(state, vertices);
+}
+void gpsrecon_loop(benchmark::State& state) {
+  refine_gaussians(state, Scheme::loop);
+}
+void gpsrecon_catmull_clark(benchmark::State& state) {
+  refine_gaussians(state, Scheme::catmull_clark);
+}
+BENCHMARK(gpsrecon_loop)->ArgName("threads")->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK(gpsrecon_catmull_clark)->ArgName("threads")->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
+
+template <class Peer>
+Peer peer_mesh() {
+  Peer mesh;
+  std::vector<typename Peer::VertexHandle> handles;
+  for (const Vec3& p : control().positions) handles.push_back(mesh.add_vertex({p.x(), p.y(), p.z()}));
+  for (std::size_t f = 0; f < control().faces.size(); ++f) {
+    const auto face = control().faces[f];
+    mesh.add_face(handles[face[0]], handles[face[1]], handles[face[2]]);
+  }
+  return mesh;
+}
+
+template <class Peer, class Subdivider>
+void refine_peer(benchmark::State& state) {
+  const Peer mesh = peer_mesh<Peer>();
+  std::size_t vertices = 0;
+  for (auto _ : state) {
+    state.PauseTiming();
+    Peer fine = mesh;
+    state.ResumeTiming();
+    Subdivider subdivider;
+    subdivider.attach(fine);
+    subdivider(levels);
+    subdivider.detach();
+    fine.request_face_normals();
+    fine.request_vertex_normals();
+    fine.update_normals();
+    vertices = fine.n_vertices();
+  }
+  set_rate(state, vertices);
+}
+void openmesh_loop(benchmark::State& state) {
+  refine_peer<TriangleMesh, OpenMesh::Subdivider::Uniform::LoopT<TriangleMesh, double>>(state);
+}
+void openmesh_catmull_clark(benchmark::State& state) {
+  refine_peer<PolygonMesh, OpenMesh::Subdivider::Uniform::CatmullClarkT<PolygonMesh, double>>(state);
+}
+BENCHMARK(openmesh_loop)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK(openmesh_catmull_clark)->Unit(benchmark::kMillisecond)->UseRealTime();
+
+/// Bytes read and written per second.
+void copy_memory(benchmark::State& state) {
+  std::vector<char> from(std::size_t{1} << 28, 1), to(from.size());
+  for (auto _ : state) {
+    std::memcpy(to.data(), from.data(), from.size());
+    benchmark::ClobberMemory();
+  }
+  state.SetBytesProcessed(2 * static_cast<std::int64_t>(state.iterations() * from.size()));
+}
+BENCHMARK(copy_memory)->Unit(benchmark::kMillisecond)->UseRealTime();
+
+}  // namespace
+}  // namespace gpsrecon::test
+
+BENCHMARK_MAIN();
