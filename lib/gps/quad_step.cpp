@@ -1,6 +1,7 @@
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/mesh_topology.h>
 #include <gpsrecon/gps/quad_step.h>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -17,17 +18,31 @@ void find_starts(PolygonEdges& e) {
   }
 }
 
+bool same(double a, double b) {
+  return a == b;
+}
+bool same(const LimitWeight& a, const LimitWeight& b) {
+  return a.position == b.position && a.u == b.u && a.v == b.v;
+}
+
 /// A row under construction.
 template <class Weight>
 struct Row {
   std::vector<Index> indices;
   std::vector<Weight> weights;
+  std::vector<std::uint32_t> last_mask;  ///< per length, plus one: the mask of the last row of that length; 0 = none
   void add(Index i, const Weight& w) {
     indices.push_back(i);
     weights.push_back(w);
   }
   void append_to(Stencils<Weight>& table) {
-    table.add_row(table.add_mask(weights), weights.size());
+    // Nearly all rows of one length have the same weights: they share a mask.
+    if (last_mask.size() <= weights.size()) last_mask.resize(weights.size() + 1, 0);
+    std::uint32_t& known = last_mask[weights.size()];
+    const bool shared = known > 0 && std::equal(weights.begin(), weights.end(), table.weights.begin() + (known - 1),
+                                                [](const Weight& a, const Weight& b) { return same(a, b); });
+    if (!shared) known = table.add_mask(weights) + 1;
+    table.add_row(known - 1, weights.size());
     table.indices.insert(table.indices.end(), indices.begin(), indices.end());
     indices.clear();
     weights.clear();
