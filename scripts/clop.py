@@ -1,7 +1,8 @@
 #!/usr/bin/python3
 """Measures projections with the program projection_lab and writes the tables and pictures of docs/clop.md.
 
-    scripts/clop.py --lab build/release/bin/projection_lab --data DIR [--quick] [--page docs/clop.md]
+    scripts/clop.py --lab build/release/bin/projection_lab --data DIR [--program build/release/bin/gpsrecon]
+                    [--quick] [--page docs/clop.md]
 
 DIR holds scans/NAME.sN.ply and truth/NAME.ply. Build the program with scripts/build.sh
 -DGPSRECON_BUILD_BENCHMARKS=ON projection_lab. With --quick only one shape is measured, and nothing is written.
@@ -13,6 +14,7 @@ import pathlib
 import re
 import subprocess
 import sys
+import tempfile
 
 SHAPES = ['nefertiti', 'koala', 'hammer', 'spot']
 PARTICLES = 30000
@@ -23,7 +25,10 @@ class Lab:
         self.program, self.data = program, data
 
     def run(self, scan, **settings):
-        words = [self.program, self.data / 'scans' / f'{scan}.ply', 'truth', self.data / 'truth' / f'{scan[:-3]}.ply']
+        return self.run_on(self.data / 'scans' / f'{scan}.ply', self.data / 'truth' / f'{scan[:-3]}.ply', **settings)
+
+    def run_on(self, points, truth, **settings):
+        words = [self.program, points, 'truth', truth]
         for name, value in settings.items():
             words += [name, value]
         result = subprocess.run([str(w) for w in words], capture_output=True, text=True, check=True)
@@ -74,6 +79,19 @@ def repulsion(lab, shape):
                      f"{max(0.0, run['cpu_s']['project'] - run['cpu_s']['attraction']):.2f}"])
     return table(['repulsion recomputed', 'irregularity', 'mean error, %', 'CPU s of the attraction',
                   'and of the repulsion'], rows), series
+
+
+def ripple(lab, program):
+    """A train of waves with rising noise, all points projected."""
+    rows = []
+    with tempfile.TemporaryDirectory() as folder:
+        for noise in (0.0005, 0.001, 0.002, 0.004):
+            scan = pathlib.Path(folder) / 'ripple.ply'
+            subprocess.run([program, 'scan', 'shape:ripple', scan, '--points', '40000', '--noise-rel', str(noise), '--quiet'],
+                           check=True)
+            runs = [lab.run_on(scan, 'shape:ripple', method=m) for m in ('none', 'clop', 'wlop')]
+            rows.append([f'{100 * noise:g} %', f"{100 * runs[1]['h_rel']:.1f} %"] + [errors(run) for run in runs])
+    return table(['noise', 'h', 'points', 'CLOP', 'WLOP'], rows)
 
 
 def upsampling(lab, shape):
@@ -128,6 +146,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('--lab', type=pathlib.Path, required=True)
     parser.add_argument('--data', type=pathlib.Path, required=True)
+    parser.add_argument('--program', type=pathlib.Path, help='gpsrecon, for the scans of the ripple')
     parser.add_argument('--quick', action='store_true')
     parser.add_argument('--page', type=pathlib.Path)
     arguments = parser.parse_args()
@@ -138,6 +157,8 @@ def main():
     tables['compression'] = compression(lab, 'koala')
     tables['repulsion'], series = repulsion(lab, 'koala')
     tables['upsampling'] = upsampling(lab, 'koala')
+    if arguments.program:
+        tables['ripple'] = ripple(lab, arguments.program)
     tables['speed'] = speed(lab, 'koala.s2' if arguments.quick else 'nefertiti.s1', PARTICLES if arguments.quick else 100000)
     for name, text in tables.items():
         print(name, text, sep='\n')
