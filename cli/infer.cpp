@@ -81,8 +81,7 @@ ExitCode run_infer(Arguments& arguments) {
   outputs.plan(out);
   const Console console(globals);
 
-  Mesh mesh = load_mesh(in);
-  if (repair) mesh = repaired(mesh, in, console);
+  const Mesh mesh = repair ? repaired(load_soup(in), in, console) : load_mesh(in);
   const RunContext context = console.context();
   const Inference inferred = on_data_of(in, [&] {
     try {

@@ -65,6 +65,10 @@ void require_faces_for(Scheme scheme, const CovMesh& mesh, const std::string& pa
       throw InputError(path + ": face " + std::to_string(f) + " has " + std::to_string(corners) +
                        " corners; Loop's scheme refines triangles, --scheme catmull-clark any polygons");
 }
+Mesh load_soup(const std::string& path) {
+  const EndAtOnceOnSignal nothing_written_yet;
+  return read_mesh(path);
+}
 Mesh load_mesh(const std::string& path) {
   return load_valid<Mesh>(path, read_mesh);
 }

@@ -33,6 +33,8 @@ CovMesh load_covmesh(const std::string& path);
 /// InputError unless the scheme refines such faces.
 void require_faces_for(Scheme scheme, const CovMesh& mesh, const std::string& path);
 Mesh load_mesh(const std::string& path);
+/// What is to be repaired first: nothing is promised of its faces but corners in range.
+Mesh load_soup(const std::string& path);
 
 /// Runs `work` on what a file holds, and puts the name of the file into its complaints about that.
 template <class Work>

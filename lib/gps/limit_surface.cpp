@@ -4,6 +4,7 @@
 #include <gpsrecon/gps/limit_surface.h>
 #include <gpsrecon/gps/quad_step.h>
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -65,8 +66,10 @@ void normals_from_faces(const FaceList& faces, const std::vector<Vec3>& position
   for (const Index v : missing) wanted[v] = true;
   for (std::size_t f = 0; f < faces.size(); ++f) {
     const auto face = faces[f];
-    if (!wanted[face[0]] && !wanted[face[1]] && !wanted[face[2]]) continue;
-    const Vec3 area = (positions[face[1]] - positions[face[0]]).cross(positions[face[2]] - positions[face[0]]);
+    if (std::none_of(face.begin(), face.end(), [&](Index v) { return wanted[v]; })) continue;
+    Vec3 area = (positions[face[1]] - positions[face[0]]).cross(positions[face[2]] - positions[face[0]]);
+    for (std::size_t k = 3; k < face.size(); ++k)
+      area += (positions[face[k - 1]] - positions[face[0]]).cross(positions[face[k]] - positions[face[0]]);
     for (const Index v : face)
       if (wanted[v]) normals[v] += area;
   }
@@ -83,6 +86,11 @@ LimitSurface::LimitSurface(const FaceList& faces, std::size_t control_count, int
     if (levels == 0 && !faces.all_of_size(4))
       throw OptionError("levels must be at least 1 for Catmull-Clark surfaces with faces of other than four corners");
     check_size(faces.corners.size() / 3, levels);
+    // The rows of the first step list all corners of the faces around.
+    double entries = 0;
+    for (std::size_t f = 0; f < faces.size(); ++f) entries += 3 * std::pow(static_cast<double>(faces[f].size()), 2);
+    if (levels > 0 && entries >= std::numeric_limits<Index>::max())
+      throw OptionError("Catmull-Clark refinement of faces with so many corners is more than can be indexed");
     PolygonEdges topology = polygon_edges(faces, control_count);
     for (int level = 0; level < levels; ++level) {
       QuadStep step = catmull_clark_step(topology, rules.corners);

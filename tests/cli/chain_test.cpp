@@ -509,6 +509,16 @@ TEST_F(ChainTest, polygons_need_catmull_clark) {
   do_here({"compare", "cube.ply", "s.ply", "--samples", "1000", "--max-error", "1e-6"});
 }
 
+TEST_F(ChainTest, infer_repairs_what_it_is_told_to) {
+  // Three faces on an edge, one over a corner twice.
+  write_bytes(folder / "book.off",
+              "OFF\n5 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n0 -1 0\n3 0 1 2\n3 1 0 3\n3 0 1 4\n3 0 0 1\n");
+  EXPECT_EQ(run_here({"infer", "book.off", "book.ply"}).exit_code, 3);
+  const ProcessResult result = do_here({"infer", "book.off", "book.ply", "--repair"});
+  EXPECT_THAT(result.err, AllOf(HasSubstr("1 edges of more than two faces cut"), HasSubstr("1 faces dropped")));
+  do_here({"subdivide", "book.ply", "s.ply"});
+}
+
 TEST_F(ChainTest, project_writes_particles_with_normals) {
   do_here({"project", "in.ply", "p.ply", "--particles", "50%"});
   EXPECT_THAT(bytes("p.ply"), HasSubstr(" nx\n"));

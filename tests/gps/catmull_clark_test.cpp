@@ -231,6 +231,19 @@ TEST(CatmullClark, SameForAnyNumberOfThreads) {
   EXPECT_EQ(a.faces, b.faces);
 }
 
+/// Corners of a single face that is degenerate at one of them have no tangent plane of their own: then the face tells
+/// the side, whichever of its corners it is.
+TEST(CatmullClark, ADegenerateCornerTakesTheSideOfItsFace) {
+  const std::vector<Index> order{0, 1, 2, 3};
+  for (std::size_t turn = 0; turn < 4; ++turn) {
+    std::vector<Index> face = order;
+    std::rotate(face.begin(), face.begin() + static_cast<std::ptrdiff_t>(turn), face.end());
+    const Mesh mesh = polygons({{1, 0, 0}, {0, -1, 0}, {-1, 0, 0}, {0, 0, 0}}, {face});
+    const Mesh fine = refined(with_equal_covariances(mesh, Sym3::identity(0.1)), 0);
+    for (const Vec3& n : fine.normals) EXPECT_LT(n.z(), -0.9);
+  }
+}
+
 TEST(CatmullClark, WhatCannotBeRefinedIsRefused) {
   const CovMesh control = with_equal_covariances(house(), Sym3::identity(0.1));
   try {
