@@ -105,7 +105,7 @@ def upsampling(lab, shape):
 
 def speed(lab, scan, count):
     clop = lab.run(scan, method='clop', count=count, iterations=15, split=1)
-    wlop = lab.run(scan, method='wlop', count=count, iterations=15, interval=1, split=1)
+    wlop = lab.run(scan, method='wlop', count=count, iterations=15, interval=1, cutoff=1, split=1)
 
     def row(name, run):
         c = run['cpu_s']
@@ -117,7 +117,7 @@ def speed(lab, scan, count):
 
     total = wlop['cpu_s']['project'] / (clop['cpu_s']['mixture'] + clop['cpu_s']['project'])
     attraction = wlop['cpu_s']['attraction'] / clop['cpu_s']['attraction']
-    rows = [row('CLOP, repulsion in every second iteration', clop), row('WLOP, repulsion in every iteration', wlop),
+    rows = [row('CLOP, repulsion in every second iteration, up to h/2', clop), row('WLOP, repulsion in every iteration, up to h', wlop),
             ['WLOP / CLOP', '', f'{attraction:.1f}', '', f'{total:.1f}', '', '']]
     return table(['', 'mixture', 'attraction', 'repulsion', 'total', 'memory per point + particle', 'mean error, %'], rows)
 
