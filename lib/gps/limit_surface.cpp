@@ -1,10 +1,10 @@
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/gps/dual.h>
 #include <gpsrecon/gps/evaluate_data.h>
+#include <gpsrecon/gps/face_normals.h>
 #include <gpsrecon/gps/limit_surface.h>
 #include <gpsrecon/gps/quad_step.h>
 #include <Eigen/Geometry>
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -57,23 +57,6 @@ Vec3 unit_normal(const Vec3& u, const Vec3& v) {
   const Vec3 n = u.cross(v);
   const double length = n.norm();
   return length > parallel_tangents * u.norm() * v.norm() ? Vec3(n / length) : Vec3::Zero();
-}
-
-/// Normals of the vertices `missing` from the faces around them.
-void normals_from_faces(const FaceList& faces, const std::vector<Vec3>& positions, const std::vector<Index>& missing,
-                        std::vector<Vec3>& normals) {
-  std::vector<bool> wanted(positions.size(), false);
-  for (const Index v : missing) wanted[v] = true;
-  for (std::size_t f = 0; f < faces.size(); ++f) {
-    const auto face = faces[f];
-    if (std::none_of(face.begin(), face.end(), [&](Index v) { return wanted[v]; })) continue;
-    Vec3 area = (positions[face[1]] - positions[face[0]]).cross(positions[face[2]] - positions[face[0]]);
-    for (std::size_t k = 3; k < face.size(); ++k)
-      area += (positions[face[k - 1]] - positions[face[0]]).cross(positions[face[k]] - positions[face[0]]);
-    for (const Index v : face)
-      if (wanted[v]) normals[v] += area;
-  }
-  for (const Index v : missing) normals[v].stableNormalize();
 }
 
 }  // namespace
@@ -143,12 +126,7 @@ SurfaceSamples LimitSurface::evaluate(const Mixture& control, bool limit, const 
     describe(samples, i, map);
   });
 
-  std::vector<Index> missing;
-  for (std::size_t i = 0; i < sample_count(); ++i)
-    if (samples.normals[i].isZero(0)) missing.push_back(static_cast<Index>(i));
-  if (missing.empty()) return samples;
-  normals_from_faces(faces_, samples.positions, missing, samples.normals);
-  for (const Index i : missing) {
+  for (const Index i : complete_normals(faces_, samples.positions, samples.normals)) {
     const DualMap map(limit ? limit_point(limit_, i, dual).position : dual[i]);
     if (samples.normals[i].isZero(0)) samples.normals[i] = eigen_decomposition(map.covariance()).vectors.col(0);
     describe(samples, i, map);

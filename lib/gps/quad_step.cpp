@@ -1,5 +1,4 @@
-#include <gpsrecon/core/error.h>
-#include <gpsrecon/core/mesh_topology.h>
+#include <gpsrecon/gps/manifold_edges.h>
 #include <gpsrecon/gps/quad_step.h>
 #include <algorithm>
 #include <cmath>
@@ -172,15 +171,7 @@ void add_limit_row(const PolygonEdges& e, Index v, CornerRule corners, Row<Limit
 }  // namespace
 
 PolygonEdges polygon_edges(const FaceList& faces, std::size_t vertex_count) {
-  for (const Index v : faces.corners)
-    if (v >= vertex_count) throw InvariantError("subdivision: vertex index " + std::to_string(v) + " is out of range");
-  HalfEdges half_edges = gpsrecon::half_edges(faces, vertex_count);
-  if (half_edges.nonmanifold_edges > 0 || half_edges.inconsistent_edges > 0)
-    throw InvariantError("subdivision: " + std::to_string(half_edges.nonmanifold_edges) + " non-manifold edges, " +
-                         std::to_string(half_edges.inconsistent_edges) + " inconsistently oriented edges");
-  const std::vector<Index> fans = vertex_fans(faces, half_edges, vertex_count);
-  for (std::size_t v = 0; v < vertex_count; ++v)
-    if (fans[v] > 1) throw InvariantError("subdivision: vertex " + std::to_string(v) + " is not manifold");
+  HalfEdges half_edges = manifold_edges(faces, vertex_count);
   PolygonEdges edges;
   edges.vertex_count = vertex_count;
   edges.corners = faces.corners;

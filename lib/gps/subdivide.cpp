@@ -3,6 +3,7 @@
 #include <gpsrecon/gps/adaptive.h>
 #include <gpsrecon/gps/attributes.h>
 #include <gpsrecon/gps/evaluate_data.h>
+#include <gpsrecon/gps/face_normals.h>
 #include <gpsrecon/gps/limit_surface.h>
 #include <gpsrecon/gps/refined_parameters.h>
 #include <gpsrecon/gps/subdivide.h>
@@ -62,25 +63,6 @@ void add_curvatures(const SurfaceEvaluator& surface, const std::vector<SurfacePa
                                   " vertices, taken around " + std::to_string(not_exact) + " irregular ones");
 }
 
-/// The normal is that of the surrounding faces, or failing that the thin axis of the Gaussian, where it is zero.
-void complete_normals(const std::vector<Sym3>& covariances, Mesh& mesh) {
-  std::vector<bool> missing(mesh.normals.size());
-  for (std::size_t v = 0; v < missing.size(); ++v) missing[v] = mesh.normals[v].isZero(0);
-  if (std::none_of(missing.begin(), missing.end(), [](bool m) { return m; })) return;
-  for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
-    const auto face = mesh.faces[f];
-    const Vec3& a = mesh.positions[face[0]];
-    const Vec3 area = (mesh.positions[face[1]] - a).cross(mesh.positions[face[2]] - a);
-    for (const Index v : face)
-      if (missing[v]) mesh.normals[v] += area;
-  }
-  for (std::size_t v = 0; v < missing.size(); ++v) {
-    if (!missing[v]) continue;
-    mesh.normals[v].stableNormalize();
-    if (mesh.normals[v].isZero(0)) mesh.normals[v] = eigen_decomposition(covariances[v]).vectors.col(0);
-  }
-}
-
 Mesh subdivide_to_tolerance(const CovMesh& mesh, const SubdivideOptions& options, const RunContext& context) {
   const SurfaceEvaluator surface(mesh, evaluation(options), context);
   Tessellation result = tessellate(surface, mesh, options.tolerance, max_halvings, context);
@@ -111,7 +93,9 @@ Mesh subdivide_to_tolerance(const CovMesh& mesh, const SubdivideOptions& options
         }
       },
       evaluation_block);
-  complete_normals(covariances, refined);
+  // Where not even the faces around tell, the thin axis of the Gaussian does.
+  for (const Index v : complete_normals(refined.faces, refined.positions, refined.normals))
+    if (refined.normals[v].isZero(0)) refined.normals[v] = eigen_decomposition(covariances[v]).vectors.col(0);
   const double kernel = mesh.vertices.sigma0 * mesh.vertices.sigma0;
   for (std::size_t v = 0; v < refined.sigma.size(); ++v)
     refined.sigma[v] = std::sqrt(std::max(0.0, covariances[v].quadratic_form(refined.normals[v]) - kernel));

@@ -1,21 +1,12 @@
 #include <gpsrecon/core/error.h>
-#include <gpsrecon/core/mesh_topology.h>
 #include <gpsrecon/core/parallel.h>
+#include <gpsrecon/gps/manifold_edges.h>
 #include <gpsrecon/gps/triangle_connectivity.h>
 
 namespace gpsrecon {
 namespace {
 
 using Topo = TriangleConnectivity;
-
-void check_manifold(const FaceList& faces, const HalfEdges& half_edges, std::size_t vertex_count) {
-  if (half_edges.nonmanifold_edges > 0 || half_edges.inconsistent_edges > 0)
-    throw InvariantError("subdivision: " + std::to_string(half_edges.nonmanifold_edges) + " non-manifold edges, " +
-                         std::to_string(half_edges.inconsistent_edges) + " inconsistently oriented edges");
-  const std::vector<Index> fans = vertex_fans(faces, half_edges, vertex_count);
-  for (std::size_t v = 0; v < vertex_count; ++v)
-    if (fans[v] > 1) throw InvariantError("subdivision: vertex " + std::to_string(v) + " is not manifold");
-}
 
 /// Half-edges of the child along half-edge h of the parent: the first half leaves the source of h in the corner
 /// triangle there, the second half reaches its target in the corner triangle of that.
@@ -33,10 +24,7 @@ TriangleConnectivity triangle_connectivity(const FaceList& faces, std::size_t ve
     if (faces[f].size() != 3)
       throw InvariantError("subdivision: face " + std::to_string(f) + " has " + std::to_string(faces[f].size()) +
                            " corners; Loop's scheme refines triangles (Catmull and Clark's refines any)");
-  for (const Index v : faces.corners)
-    if (v >= vertex_count) throw InvariantError("subdivision: vertex index " + std::to_string(v) + " is out of range");
-  HalfEdges half_edges = gpsrecon::half_edges(faces, vertex_count);
-  check_manifold(faces, half_edges, vertex_count);
+  HalfEdges half_edges = manifold_edges(faces, vertex_count);
 
   Topo c;
   c.vertex_count = vertex_count;

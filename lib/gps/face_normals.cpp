@@ -1,0 +1,28 @@
+#include <gpsrecon/gps/face_normals.h>
+#include <Eigen/Geometry>
+#include <algorithm>
+
+namespace gpsrecon {
+
+std::vector<Index> complete_normals(const FaceList& faces, const std::vector<Vec3>& positions,
+                                    std::vector<Vec3>& normals) {
+  std::vector<Index> missing;
+  for (Index v = 0; v < normals.size(); ++v)
+    if (normals[v].isZero(0)) missing.push_back(v);
+  if (missing.empty()) return missing;
+  std::vector<bool> wanted(normals.size(), false);
+  for (const Index v : missing) wanted[v] = true;
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    const auto face = faces[f];
+    if (std::none_of(face.begin(), face.end(), [&](Index v) { return wanted[v]; })) continue;
+    const Vec3& a = positions[face[0]];
+    Vec3 area = (positions[face[1]] - a).cross(positions[face[2]] - a);
+    for (std::size_t k = 3; k < face.size(); ++k) area += (positions[face[k - 1]] - a).cross(positions[face[k]] - a);
+    for (const Index v : face)
+      if (wanted[v]) normals[v] += area;
+  }
+  for (const Index v : missing) normals[v].stableNormalize();
+  return missing;
+}
+
+}  // namespace gpsrecon
