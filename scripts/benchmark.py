@@ -67,6 +67,10 @@ class Failure(Exception):
     """The benchmark cannot go on."""
 
 
+class UnreadableFile(Failure):
+    """gpsrecon refuses an input file."""
+
+
 class RunFailed(Exception):
     """A reconstruction that came to no result, which is one."""
 
@@ -161,7 +165,8 @@ class Programs:
         command = [str(self.gpsrecon), *map(str, arguments), "--threads", str(self.threads), "--quiet"]
         result = subprocess.run(command, capture_output=True, text=True)
         if result.returncode != 0:
-            raise Failure(f"{' '.join(command)}: exit code {result.returncode}: {result.stderr.strip()}")
+            why = f"{' '.join(command)}: exit code {result.returncode}: {result.stderr.strip()}"
+            raise (UnreadableFile if result.returncode == 3 else Failure)(why)
         return result.stdout
 
     def version(self):
@@ -383,6 +388,8 @@ class Benchmark:
                     figures.update(self.covmesh_of(mesh))
                 if judged:
                     figures.update(self.judge(mesh, scan))
+            except UnreadableFile as unreadable:
+                figures["status"] = f"no mesh: {str(unreadable).rsplit(': ', 1)[-1]}"
             except RunFailed as failed:
                 figures["status"] = str(failed)
             self.results.add(part, scan.name, method.name, setting, figures)

@@ -1,5 +1,6 @@
 // Normals of points as Poisson reconstruction needs them: the plane of the K nearest neighbours, oriented consistently
-// along a minimum spanning tree (Hoppe et al. 1992), by CGAL. Points that the tree does not reach are left out.
+// along a minimum spanning tree (Hoppe et al. 1992), by CGAL. The tree starts at the highest point, which may be one of
+// a few outliers with only each other for neighbours: trees are planted until few points are left, which are left out.
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/mst_orient_normals.h>
@@ -23,7 +24,14 @@ void estimate_normals(const gpsrecon::peer::Arguments& arguments) {
   const auto parameters = CGAL::parameters::point_map(CGAL::First_of_pair_property_map<OrientedPoint>())
                               .normal_map(CGAL::Second_of_pair_property_map<OrientedPoint>());
   CGAL::pca_estimate_normals<CGAL::Sequential_tag>(points, neighbors, parameters);
-  points.erase(CGAL::mst_orient_normals(points, neighbors, parameters), points.end());
+  auto rest = points.begin();
+  while (static_cast<std::size_t>(points.end() - rest) > points.size() / 100 + neighbors) {
+    auto unreached = CGAL::make_range(rest, points.end());
+    const auto reached = CGAL::mst_orient_normals(unreached, neighbors, parameters);
+    if (reached == rest) break;
+    rest = reached;
+  }
+  points.erase(rest, points.end());
 
   gpsrecon::PointCloud result;
   for (const auto& [p, n] : points) {
