@@ -172,7 +172,7 @@ CovMesh split_edges(const CovMesh& mesh, const TriangleConnectivity& topology, s
   const StencilTable step = loop_stencils(topology, LoopWeights::loop, CornerRule::smooth, context);
   std::vector<DualPoint> dual(n);
   parallel_for(n, context, [&](std::size_t i) { dual[i] = to_dual(mesh.vertices.component(i)); });
-  const auto refined = [&](std::size_t row) { return from_dual(apply_row<DualPoint>(step, row, dual)); };
+  const auto refined = [&](std::size_t row) { return from_dual(apply_row<DualPoint>(step.row(row), dual)); };
 
   // New vertices start as copies of an end of their edge, with all that vertices carry.
   std::vector<Index> origin(n), middle(marked.size(), no_index);

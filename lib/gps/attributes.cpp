@@ -122,7 +122,7 @@ void interpolate(const Surface& surface, const Mixture& control, Mesh& refined, 
   }
 }
 
-/// Samples of a surface at given places, with the interface of LimitSurface.
+/// Samples of a surface at given places, with the interface of RefinementLevels.
 struct PlacedSamples {
   const PatchTable& table;
   std::span<const SurfaceParameter> places;
@@ -145,7 +145,11 @@ struct PlacedSamples {
 
 }  // namespace
 
-void interpolate_attributes(const LimitSurface& surface, const Mixture& control, Mesh& refined,
+void interpolate_attributes(const RefinementLevels<LoopScheme>& surface, const Mixture& control, Mesh& refined,
+                            const RunContext& context) {
+  interpolate(surface, control, refined, context);
+}
+void interpolate_attributes(const RefinementLevels<CatmullClarkScheme>& surface, const Mixture& control, Mesh& refined,
                             const RunContext& context) {
   interpolate(surface, control, refined, context);
 }

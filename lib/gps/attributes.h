@@ -1,7 +1,7 @@
 #pragma once
 
 #include <gpsrecon/gps/evaluate.h>
-#include <gpsrecon/gps/limit_surface.h>
+#include <gpsrecon/gps/refinement_levels.h>
 
 // Internal to lib/gps: colours and scalars of control vertices at the vertices of the refined mesh.
 
@@ -14,7 +14,9 @@ namespace gpsrecon {
 /// reproduced. All weights are positive, so nothing leaves the range of the input. The label of a sample is the one
 /// with the largest sum of weights, the smallest of several. Missing numbers do not count; NaN where all are missing.
 /// O(samples) per column.
-void interpolate_attributes(const LimitSurface& surface, const Mixture& control, Mesh& refined,
+void interpolate_attributes(const RefinementLevels<LoopScheme>& surface, const Mixture& control, Mesh& refined,
+                            const RunContext& context);
+void interpolate_attributes(const RefinementLevels<CatmullClarkScheme>& surface, const Mixture& control, Mesh& refined,
                             const RunContext& context);
 
 /// The same where the vertices of `refined` are at `places`; those without a patch are control vertices of that number.

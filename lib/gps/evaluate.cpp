@@ -116,19 +116,27 @@ Normalization normalization(const Mixture& control) {
   return {0.5 * (low + high), *median};
 }
 
+std::vector<DualPoint> dual_points(const Mixture& control, const Normalization& normal_form,
+                                   const RunContext& context) {
+  std::vector<DualPoint> dual(control.size());
+  parallel_for(control.size(), context,
+               [&](std::size_t i) { dual[i] = to_dual(normal_form.apply(control.component(i))); });
+  return dual;
+}
+
 SurfaceEvaluator::Data::Data(const CovMesh& mesh, const EvaluateOptions& options, const RunContext& context)
     : table(mesh.faces, mesh.vertices.size(), options, context),
       face_sizes(mesh.faces),
       normal_form(normalization(mesh.vertices)) {
-  std::vector<DualPoint> control(mesh.vertices.size());
-  parallel_for(control.size(), context,
-               [&](std::size_t i) { control[i] = to_dual(normal_form.apply(mesh.vertices.component(i))); });
-  const std::vector<DualPoint> base = table.to_base<DualPoint>(control, context);
+  const std::vector<DualPoint> base =
+      table.to_base<DualPoint>(dual_points(mesh.vertices, normal_form, context), context);
   points = table.to_points<DualPoint>(base, context);
   vertex_normals.assign(base.size(), Vec3::Zero());
   parallel_for(base.size(), context, [&](std::size_t v) {
     if (table.leaves_around(static_cast<Index>(v)).empty()) return;
-    const auto row = [&](double LimitWeight::*part) { return apply_row<DualPoint>(table.base_limit(), v, base, part); };
+    const auto row = [&](double LimitWeight::*part) {
+      return apply_row<DualPoint>(table.base_limit().row(v), base, part);
+    };
     const DualMap map(row(&LimitWeight::position));
     vertex_normals[v] = unit_normal(map.tangent(row(&LimitWeight::u)), map.tangent(row(&LimitWeight::v)));
   });

@@ -17,6 +17,8 @@ struct Normalization {
   Gaussian apply(const Gaussian& g) const { return {g.mean - center, g.covariance * (1 / scale)}; }
 };
 Normalization normalization(const Mixture& control);
+/// Images of the normalised Gaussians in R⁹.
+std::vector<DualPoint> dual_points(const Mixture& control, const Normalization& normal_form, const RunContext& context);
 
 /// Evaluations per block of work: each costs about a microsecond.
 inline constexpr std::size_t evaluation_block = 512;

@@ -1,4 +1,5 @@
 #include <gpsrecon/gps/limit.h>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -7,14 +8,14 @@ namespace gpsrecon {
 namespace {
 
 using std::numbers::pi;
-using Mask = std::vector<LimitWeight>;
+using LimitMask = std::vector<LimitWeight>;
 
 constexpr std::array unused_mask{LimitWeight{1, 0, 0}};
 constexpr std::array corner_mask{LimitWeight{1, -1, -1}, LimitWeight{0, 1, 0}, LimitWeight{0, 0, 1}};
 
-Mask interior_mask(LoopWeights weights, Index n) {
+LimitMask interior_mask(LoopWeights weights, Index n) {
   const double omega = 1 / (n + 3 / (8 * loop_beta(weights, n)));
-  Mask mask(n + 1);
+  LimitMask mask(n + 1);
   mask[0] = {1 - n * omega, 0, 0};
   for (Index j = 0; j < n; ++j) mask[j + 1] = {omega, std::cos(2 * pi * j / n), std::sin(2 * pi * j / n)};
   return mask;
@@ -24,8 +25,8 @@ Mask interior_mask(LoopWeights weights, Index n) {
 /// the inner r_i to 3/8 (v + r_i) + (r_{i-1} + r_{i+1})/8. Its symmetric left eigenvector with eigenvalue 3/8 + cos θ/4
 /// has sin iθ at the inner r_i; solving the columns of r_0 and v for the rest gives -s at v and -s cos θ at r_0 and
 /// r_k, with s = sin θ / ((1 - cos θ)(1 + 2 cos θ)).
-Mask boundary_mask(Index k) {
-  Mask mask(k + 2, LimitWeight{0, 0, 0});
+LimitMask boundary_mask(Index k) {
+  LimitMask mask(k + 2, LimitWeight{0, 0, 0});
   mask[0].position = 2.0 / 3;
   mask[1] = {1.0 / 6, 1, 0};
   mask[k + 1] = {1.0 / 6, -1, 0};
@@ -45,39 +46,65 @@ Mask boundary_mask(Index k) {
 
 }  // namespace
 
+LoopLimitRows::LoopLimitRows(const TriangleConnectivity& connectivity, LoopWeights weights, CornerRule corners,
+                             bool refined)
+    : connectivity_(connectivity),
+      corners_(corners),
+      refined_(refined),
+      unused_(masks_.add(unused_mask)),
+      corner_(masks_.add(corner_mask)),
+      regular_boundary_(masks_.add(boundary_mask(3))),
+      regular_interior_(masks_.add(interior_mask(weights, 6))),
+      boundary_(
+          masks_.add_by_count(connectivity.face_count, [](Index n) { return boundary_mask(std::max<Index>(n, 1)); })),
+      interior_(masks_.add_by_count(connectivity.face_count,
+                                    [&](Index n) { return interior_mask(weights, std::max<Index>(n, 1)); })) {}
+
+Mask LoopLimitRows::mask(std::size_t r) const {
+  const TriangleConnectivity& topology = connectivity_;
+  if (r >= topology.vertex_count) {
+    const Index h = topology.edge_start[r - topology.vertex_count];
+    return topology.opposite[h] == no_index ? regular_boundary_ : regular_interior_;
+  }
+  const auto v = static_cast<Index>(r);
+  switch (loop_rule(topology, v, corners_)) {
+    case LoopRule::unused:
+      return unused_;
+    case LoopRule::corner:
+      return corner_;
+    case LoopRule::boundary:
+      return boundary_[topology.face_count[v]];
+    default:
+      return interior_[topology.face_count[v]];
+  }
+}
+
+void LoopLimitRows::fill(std::size_t r, std::span<Index> row) const {
+  const TriangleConnectivity& topology = connectivity_;
+  const auto vertices = static_cast<Index>(topology.vertex_count);
+  row[0] = static_cast<Index>(r);
+  std::size_t at = 1;
+  if (r < vertices) {
+    topology.for_each_edge(row[0], [&](Index h, bool arriving) {
+      row[at++] = refined_ ? vertices + topology.edge[h] : arriving ? topology.source(h) : topology.target(h);
+    });
+    return;
+  }
+  // Around the middle of an edge: its target, the other two edges of the face, its source, and those of the other face.
+  const Index h = topology.edge_start[r - vertices], other = topology.opposite[h];
+  row[at++] = topology.target(h);
+  const auto add_edges_of = [&](Index g) {
+    row[at++] = vertices + topology.edge[TriangleConnectivity::next(g)];
+    row[at++] = vertices + topology.edge[TriangleConnectivity::previous(g)];
+  };
+  add_edges_of(h);
+  row[at++] = topology.source(h);
+  if (other != no_index) add_edges_of(other);
+}
+
 LimitTable limit_table(const TriangleConnectivity& topology, LoopWeights weights, CornerRule corners,
                        const RunContext& context) {
-  LimitTable table;
-  table.columns = topology.vertex_count;
-  const auto unused = table.add_mask(unused_mask), corner = table.add_mask(corner_mask);
-  MasksByCount boundary(topology.face_count), interior(topology.face_count);
-  table.masks.reserve(topology.vertex_count);
-  table.offsets.reserve(topology.vertex_count + 1);
-  for (Index v = 0; v < topology.vertex_count; ++v) {
-    const Index n = topology.face_count[v];
-    switch (loop_rule(topology, v, corners)) {
-      case LoopRule::unused:
-        table.add_row(unused, 1);
-        break;
-      case LoopRule::corner:
-        table.add_row(corner, 3);
-        break;
-      case LoopRule::boundary:
-        table.add_row(boundary.find_or_add(n, [&] { return table.add_mask(boundary_mask(n)); }), n + 2);
-        break;
-      case LoopRule::interior:
-        table.add_row(interior.find_or_add(n, [&] { return table.add_mask(interior_mask(weights, n)); }), n + 1);
-        break;
-    }
-  }
-  table.indices.resize(table.offsets.back());
-  parallel_for(topology.vertex_count, context, [&](std::size_t v) {
-    const std::span<Index> row = table.row_indices(v);
-    row[0] = static_cast<Index>(v);
-    std::size_t at = 1;
-    topology.for_each_neighbor(row[0], [&](Index r) { row[at++] = r; });
-  });
-  return table;
+  return tabulate(LoopLimitRows(topology, weights, corners, false), context);
 }
 
 }  // namespace gpsrecon

@@ -12,7 +12,7 @@ struct SurfaceSamples {
   std::vector<Vec3> normals;  ///< unit, on the side from which faces run counter-clockwise
   std::vector<double> sigma;  ///< sqrt(max(0, nᵀΣn - σ0²)), in units of `positions`
   std::vector<Vec3> spread;  ///< Σn: how the position follows the Gaussians, δ(nᵀμ) = (Σn)ᵀ Σ_i α_i Σ_i⁻¹ δμ_i
-  std::vector<Sym3> covariances;  ///< Σ, if asked for
+  std::vector<Sym3> covariances;  ///< Σ; not from LimitSurface
 };
 
 /// Everything about a Gaussian-product surface that depends on connectivity alone: the faces of a refinement
@@ -33,14 +33,12 @@ class LimitSurface {
   std::size_t control_count() const { return control_count_; }
   std::size_t sample_count() const { return limit_.rows(); }
   const FaceList& faces() const& { return faces_; }
-  FaceList faces() && { return std::move(faces_); }
 
   /// The surface of the Gaussians `control` (a valid mixture of control_count() components). With limit = false the
   /// positions and deviations are those of the refined vertices themselves instead of their limits.
   /// Where the tangents do not span a plane the normal is that of the surrounding refined faces, or, failing that, the
   /// thin axis of the Gaussian (of either sign). O(sample_count()).
-  SurfaceSamples evaluate(const Mixture& control, bool limit = true, const RunContext& context = {},
-                          bool covariances = false) const;
+  SurfaceSamples evaluate(const Mixture& control, bool limit = true, const RunContext& context = {}) const;
 
   /// The weights α of the limit positions, applied to one value (number or fixed-size Eigen vector) per control vertex:
   /// Σ_i α_i(u) values[i] at every sample u. Where all covariances are equal these are the limit positions of the
@@ -58,25 +56,21 @@ class LimitSurface {
   template <class T>
   std::vector<T> to_level(std::span<const T> values, std::size_t level) const;
 
-  /// Per sample the control vertex it grew from: itself, or of the ends of the edge it was put on the one that grew
-  /// from the vertex with the smaller number, so that the order of the faces does not matter.
+  /// Per sample the control vertex it grew from: itself, or of the ends of the edge or the corners of the face it was
+  /// put on the one that grew from the vertex with the smallest number, so that the order of the faces does not matter.
   std::vector<Index> control_of_samples() const;
 
  private:
   std::size_t control_count_;
   FaceList faces_;
-  std::vector<StencilTable> steps_;
+  std::vector<RefinementStep<StencilTable, StencilTable>> steps_;
   LimitTable limit_;
 };
 
 template <class T>
 std::vector<T> LimitSurface::to_samples(std::span<const T> values, const RunContext& context) const {
   std::vector<T> current(values.begin(), values.end());
-  for (const StencilTable& step : steps_) {
-    std::vector<T> refined(step.rows());
-    apply<T>(step, current, refined, context);
-    current.swap(refined);
-  }
+  for (const auto& step : steps_) current = refine_values<T>(step, std::move(current), context);
   std::vector<T> samples(limit_.rows());
   apply<T>(limit_, current, samples, context, &LimitWeight::position);
   return samples;
@@ -84,13 +78,9 @@ std::vector<T> LimitSurface::to_samples(std::span<const T> values, const RunCont
 
 template <class T>
 std::vector<T> LimitSurface::to_level(std::span<const T> values, std::size_t level) const {
-  std::vector<T> current(limit_.columns);
-  apply_transposed<T>(limit_, values, current, &LimitWeight::position);
-  for (std::size_t step = steps_.size(); step-- > level;) {
-    std::vector<T> coarse(steps_[step].columns);
-    apply_transposed<T>(steps_[step], current, coarse);
-    current.swap(coarse);
-  }
+  std::vector<T> current(limit_.columns, detail::zero<T>());
+  add_transposed<T>(limit_, values, current, &LimitWeight::position);
+  for (std::size_t step = steps_.size(); step-- > level;) current = coarsen_values<T>(steps_[step], current);
   return current;
 }
 

@@ -20,67 +20,6 @@ std::vector<double> interior_vertex_mask(LoopWeights weights, Index n) {
   return mask;
 }
 
-/// Masks and lengths of all rows, so that the rows can be filled in parallel.
-void lay_out_rows(const Topo& topology, LoopWeights weights, CornerRule corners, StencilTable& table) {
-  const auto kept = table.add_mask(kept_mask), boundary_vertex = table.add_mask(boundary_vertex_mask);
-  const auto boundary_edge = table.add_mask(boundary_edge_mask), interior_edge = table.add_mask(interior_edge_mask);
-  MasksByCount interior_vertex(topology.face_count);
-  table.masks.reserve(topology.vertex_count + topology.edge_count());
-  table.offsets.reserve(topology.vertex_count + topology.edge_count() + 1);
-  for (Index v = 0; v < topology.vertex_count; ++v) {
-    const Index n = topology.face_count[v];
-    switch (loop_rule(topology, v, corners)) {
-      case LoopRule::unused:
-      case LoopRule::corner:
-        table.add_row(kept, 1);
-        break;
-      case LoopRule::boundary:
-        table.add_row(boundary_vertex, 3);
-        break;
-      case LoopRule::interior:
-        table.add_row(interior_vertex.find_or_add(n, [&] { return table.add_mask(interior_vertex_mask(weights, n)); }),
-                      n + 1);
-        break;
-    }
-  }
-  for (const Index h : topology.edge_start) {
-    if (topology.opposite[h] == no_index) {
-      table.add_row(boundary_edge, 2);
-    } else {
-      table.add_row(interior_edge, 4);
-    }
-  }
-  table.indices.resize(table.offsets.back());
-}
-
-void fill_vertex_row(const Topo& topology, Index v, CornerRule corners, std::span<Index> row) {
-  row[0] = v;
-  switch (loop_rule(topology, v, corners)) {
-    case LoopRule::unused:
-    case LoopRule::corner:
-      break;
-    case LoopRule::boundary: {
-      // Only the first and the last neighbour lie on the boundary.
-      std::size_t seen = 0;
-      topology.for_each_neighbor(v, [&](Index r) { row[seen++ == 0 ? 1 : 2] = r; });
-      break;
-    }
-    case LoopRule::interior: {
-      std::size_t at = 1;
-      topology.for_each_neighbor(v, [&](Index r) { row[at++] = r; });
-      break;
-    }
-  }
-}
-
-void fill_edge_row(const Topo& topology, Index h, std::span<Index> row) {
-  row[0] = topology.source(h);
-  row[1] = topology.target(h);
-  if (row.size() == 2) return;
-  row[2] = topology.source(Topo::previous(h));
-  row[3] = topology.source(Topo::previous(topology.opposite[h]));
-}
-
 }  // namespace
 
 double loop_beta(LoopWeights weights, Index n) {
@@ -89,24 +28,67 @@ double loop_beta(LoopWeights weights, Index n) {
   return (5.0 / 8 - c * c) / n;
 }
 
+LoopRows::LoopRows(const TriangleConnectivity& connectivity, LoopWeights weights, CornerRule corners)
+    : connectivity_(connectivity),
+      corners_(corners),
+      kept_(masks_.add(kept_mask)),
+      boundary_vertex_(masks_.add(boundary_vertex_mask)),
+      boundary_edge_(masks_.add(boundary_edge_mask)),
+      interior_edge_(masks_.add(interior_edge_mask)),
+      interior_vertex_(masks_.add_by_count(connectivity.face_count, [&](Index n) {
+        return n == 0 ? std::vector<double>{1.0} : interior_vertex_mask(weights, n);
+      })) {}
+
+Mask LoopRows::mask(std::size_t r) const {
+  const Topo& topology = connectivity_;
+  if (r >= topology.vertex_count) {
+    const Index h = topology.edge_start[r - topology.vertex_count];
+    return topology.opposite[h] == no_index ? boundary_edge_ : interior_edge_;
+  }
+  const auto v = static_cast<Index>(r);
+  switch (loop_rule(topology, v, corners_)) {
+    case LoopRule::boundary:
+      return boundary_vertex_;
+    case LoopRule::interior:
+      return interior_vertex_[topology.face_count[v]];
+    default:
+      return kept_;
+  }
+}
+
+void LoopRows::fill(std::size_t r, std::span<Index> row) const {
+  const Topo& topology = connectivity_;
+  if (r >= topology.vertex_count) {
+    const Index h = topology.edge_start[r - topology.vertex_count];
+    row[0] = topology.source(h);
+    row[1] = topology.target(h);
+    if (row.size() == 2) return;
+    row[2] = topology.source(Topo::previous(h));
+    row[3] = topology.source(Topo::previous(topology.opposite[h]));
+    return;
+  }
+  const auto v = static_cast<Index>(r);
+  row[0] = v;
+  if (row.size() == 1) return;
+  if (topology.on_boundary(v)) {
+    // Only the first and the last neighbour lie on the boundary.
+    row[1] = topology.target(topology.vertex_start[v]);
+    topology.for_each_edge(v, [&](Index h, bool) { row[2] = topology.source(h); });
+    return;
+  }
+  std::size_t at = 1;
+  topology.for_each_edge(v, [&](Index h, bool) { row[at++] = topology.target(h); });
+}
+
 StencilTable loop_stencils(const TriangleConnectivity& topology, LoopWeights weights, CornerRule corners,
                            const RunContext& context) {
-  StencilTable table;
-  table.columns = topology.vertex_count;
-  lay_out_rows(topology, weights, corners, table);
-  const std::size_t vertices = topology.vertex_count;
-  parallel_for(vertices, context,
-               [&](std::size_t v) { fill_vertex_row(topology, static_cast<Index>(v), corners, table.row_indices(v)); });
-  parallel_for(topology.edge_count(), context, [&](std::size_t e) {
-    fill_edge_row(topology, topology.edge_start[e], table.row_indices(vertices + e));
-  });
-  return table;
+  return tabulate(LoopRows(topology, weights, corners), context);
 }
 
 Refinement loop_refine(const FaceList& faces, std::size_t vertex_count, LoopWeights weights, CornerRule corners,
                        const RunContext& context) {
   const Topo topology = triangle_connectivity(faces, vertex_count);
-  return {take_faces(refine(topology, context)), loop_stencils(topology, weights, corners, context)};
+  return {refined_faces(topology, context), loop_stencils(topology, weights, corners, context)};
 }
 
 }  // namespace gpsrecon

@@ -28,10 +28,30 @@ inline LoopRule loop_rule(const TriangleConnectivity& connectivity, Index v, Cor
   return corners == CornerRule::sharp && connectivity.face_count[v] == 1 ? LoopRule::corner : LoopRule::boundary;
 }
 
-/// Stencils of one Loop step, rows numbered as the vertices of refine(connectivity): old vertices first, then one
-/// vertex per edge. Interior: 1 - nβ and β; 3/8, 3/8, 1/8, 1/8 on edges (Loop 1987). Boundary: the cubic B-spline
+/// The rows of one Loop step, numbered as the vertices of refine(connectivity): old vertices first, then one vertex
+/// per edge. Interior: 1 - nβ and β; 3/8, 3/8, 1/8, 1/8 on edges (Loop 1987). Boundary: the cubic B-spline
 /// curve, 3/4, 1/8, 1/8 and 1/2, 1/2; with CornerRule::sharp, vertices of a single face are kept. Vertices without
-/// faces are kept. All weights are positive and sum to one. O(n).
+/// faces are kept. All weights are positive and sum to one. A source of rows; the connectivity must outlive it.
+class LoopRows {
+ public:
+  using Weight = double;
+  LoopRows(const TriangleConnectivity& connectivity, LoopWeights weights, CornerRule corners);
+
+  std::size_t columns() const { return connectivity_.vertex_count; }
+  std::size_t rows() const { return connectivity_.vertex_count + connectivity_.edge_count(); }
+  const MaskStore<double>& masks() const { return masks_; }
+  Mask mask(std::size_t r) const;
+  void fill(std::size_t r, std::span<Index> row) const;
+
+ private:
+  const TriangleConnectivity& connectivity_;
+  CornerRule corners_;
+  MaskStore<double> masks_;
+  Mask kept_, boundary_vertex_, boundary_edge_, interior_edge_;
+  std::vector<Mask> interior_vertex_;  ///< by valence
+};
+
+/// The same, stored. O(n).
 StencilTable loop_stencils(const TriangleConnectivity& connectivity, LoopWeights weights, CornerRule corners,
                            const RunContext& context = {});
 

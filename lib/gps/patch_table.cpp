@@ -1,7 +1,5 @@
 #include <gpsrecon/core/error.h>
-#include <gpsrecon/gps/limit.h>
 #include <gpsrecon/gps/patch_table.h>
-#include <gpsrecon/gps/quad_step.h>
 #include <map>
 #include <tuple>
 
@@ -17,8 +15,8 @@ class PatchTable::Builder {
         corners_(corners),
         opposite_(opposite),
         options_(options),
-        start_(table.to_points_.rows(), no_index),
-        count_(table.to_points_.rows(), 0) {
+        start_(table.to_points_.points.rows(), no_index),
+        count_(table.to_points_.points.rows(), 0) {
     for (Index h = 0; h < corners.size(); ++h) {
       const Index v = corners[h];
       if (start_[v] == no_index || opposite[h] == no_index) start_[v] = h;
@@ -90,7 +88,7 @@ class PatchTable::Builder {
 
   Index reflected(Index a, Index b, Index inner) {
     table_.ghosts_.push_back({{a, b}, inner});
-    return static_cast<Index>(table_.to_points_.rows() + table_.ghosts_.size() - 1);
+    return static_cast<Index>(table_.to_points_.points.rows() + table_.ghosts_.size() - 1);
   }
 
   /// The vertex and its neighbours, counter-clockwise; in the interior from the first edge of the face on.
@@ -231,12 +229,12 @@ PatchTable::PatchTable(const FaceList& faces, std::size_t vertex_count, const Ev
   if (scheme_ == Scheme::loop) {
     const TriangleConnectivity topology = triangle_connectivity(faces, vertex_count);
     base_limit_ = limit_table(topology, options.weights, options.corners, context);
-    to_points_ = loop_stencils(topology, options.weights, options.corners, context);
+    to_points_ = tabulate(LoopScheme::step(topology, options), context);
     const TriangleConnectivity fine = refine(topology, context);
     patch_count_ = faces.size();
     Builder(*this, fine.corners, fine.opposite, options).build();
   } else {
-    PolygonEdges base = polygon_edges(faces, vertex_count);
+    PolygonConnectivity base = polygon_connectivity(faces, vertex_count);
     if (faces.all_of_size(4)) {
       patch_count_ = faces.size();
     } else {
@@ -250,15 +248,14 @@ PatchTable::PatchTable(const FaceList& faces, std::size_t vertex_count, const Ev
         }
       }
       patch_count_ = base_of_patch_.size();
-      QuadStep step = catmull_clark_step(base, options.corners);
-      base = std::move(step.edges);
-      to_base_ = std::move(step.stencils);
+      to_base_ = tabulate(CatmullClarkScheme::step(base, options), context);
+      base = refine(base, context);
       base_count_ = base.vertex_count;
     }
-    base_limit_ = quad_limit_table(base, options.corners);
-    QuadStep step = catmull_clark_step(base, options.corners);
-    to_points_ = std::move(step.stencils);
-    Builder(*this, step.edges.corners, step.edges.opposite, options).build();
+    base_limit_ = tabulate(CatmullClarkScheme::limit(base, options, false), context);
+    to_points_ = tabulate(CatmullClarkScheme::step(base, options), context);
+    const PolygonConnectivity fine = refine(base, context);
+    Builder(*this, fine.corners, fine.opposite, options).build();
   }
 }
 

@@ -3,8 +3,8 @@
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/mesh.h>
 #include <gpsrecon/gps/evaluate.h>
-#include <gpsrecon/gps/loop.h>
 #include <gpsrecon/gps/patch_basis.h>
+#include <gpsrecon/gps/refinement_levels.h>
 #include <array>
 #include <cmath>
 #include <optional>
@@ -72,19 +72,14 @@ class PatchTable {
   template <class T>
   std::vector<T> to_base(std::span<const T> control, const RunContext& context) const {
     std::vector<T> base(control.begin(), control.end());
-    if (!to_base_) return base;
-    base.resize(to_base_->rows());
-    apply<T>(*to_base_, control, base, context);
-    return base;
+    return to_base_ ? refine_values<T>(*to_base_, std::move(base), context) : base;
   }
   /// Values at the points of the leaves, from those of the base mesh.
   template <class T>
   std::vector<T> to_points(std::span<const T> base, const RunContext& context) const {
-    std::vector<T> points(to_points_.rows() + ghosts_.size());
-    apply<T>(to_points_, base, std::span<T>(points).first(to_points_.rows()), context);
-    for (std::size_t g = 0; g < ghosts_.size(); ++g)
-      points[to_points_.rows() + g] =
-          points[ghosts_[g].plus[0]] + points[ghosts_[g].plus[1]] - points[ghosts_[g].minus];
+    std::vector<T> points = refine_values<T>(to_points_, {base.begin(), base.end()}, context, ghosts_.size());
+    for (const Ghost& ghost : ghosts_)
+      points.push_back(points[ghost.plus[0]] + points[ghost.plus[1]] - points[ghost.minus]);
     return points;
   }
 
@@ -142,8 +137,8 @@ class PatchTable {
   std::vector<Index> first_patch_;    ///< empty: one per face
   std::vector<Index> base_of_patch_;  ///< empty: the same
   std::vector<bool> split_patch_;     ///< per patch: four faces of the base mesh from base_of_patch_ on
-  std::optional<StencilTable> to_base_;
-  StencilTable to_points_;
+  std::optional<RefinementStep<StencilTable, StencilTable>> to_base_;
+  RefinementStep<StencilTable, StencilTable> to_points_;
   LimitTable base_limit_;
   std::vector<Ghost> ghosts_;
   std::vector<Leaf> leaves_;

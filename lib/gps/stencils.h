@@ -3,19 +3,34 @@
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/core/vec.h>
 #include <algorithm>
+#include <concepts>
 #include <cstdint>
 #include <functional>
+#include <numeric>
 #include <span>
 #include <type_traits>
 #include <vector>
 
 namespace gpsrecon {
 
+/// One row of a sparse linear map. A column may occur twice.
+template <class Weight>
+struct Row {
+  std::span<const Index> indices;
+  std::span<const Weight> weights;
+};
+
+/// Where the weights of a row lie among those of all kinds of rows.
+struct Mask {
+  std::uint32_t begin = 0, length = 0;
+};
+
 /// A sparse linear map from old vertices (columns) to new ones (rows). Row r has the columns
 /// indices[offsets[r] .. offsets[r + 1]) with as many weights from weights[masks[r]] on: rows of one kind share their
-/// weights, because a subdivision scheme has only one mask per valence. A column may occur twice in a row.
-template <class Weight>
+/// weights, because a subdivision scheme has only one mask per valence.
+template <class W>
 struct Stencils {
+  using Weight = W;
   std::size_t columns = 0;
   std::vector<std::uint32_t> offsets{0};
   std::vector<Index> indices;
@@ -23,41 +38,100 @@ struct Stencils {
   std::vector<Weight> weights;
 
   std::size_t rows() const { return masks.size(); }
-  std::span<const Index> row_indices(std::size_t r) const {
-    return {indices.data() + offsets[r], indices.data() + offsets[r + 1]};
+  Row<Weight> row(std::size_t r) const {
+    const std::size_t begin = offsets[r], length = offsets[r + 1] - begin;
+    return {{indices.data() + begin, length}, {weights.data() + masks[r], length}};
   }
-  std::span<const Weight> row_weights(std::size_t r) const {
-    return {weights.data() + masks[r], offsets[r + 1] - offsets[r]};
-  }
-  /// Appends weights that rows can share; returns where they begin.
-  std::uint32_t add_mask(std::span<const Weight> mask) {
-    const std::size_t begin = weights.size();
-    weights.resize(begin + mask.size());
-    std::copy(mask.begin(), mask.end(), weights.data() + begin);
-    return static_cast<std::uint32_t>(begin);
-  }
-  /// Appends a row of `length` entries with the weights from `mask` on; its indices are the caller's to fill.
-  void add_row(std::uint32_t mask, std::size_t length) {
-    masks.push_back(mask);
-    offsets.push_back(static_cast<std::uint32_t>(offsets.back() + length));
-  }
-  std::span<Index> row_indices(std::size_t r) { return {indices.data() + offsets[r], indices.data() + offsets[r + 1]}; }
 };
 
-/// The shared masks of one kind of vertex, one per number of faces around it, made when first needed.
-class MasksByCount {
+/// Weights of the rows of a map, each kind once.
+template <class Weight>
+class MaskStore {
  public:
-  explicit MasksByCount(std::span<const Index> counts)
-      : begin_(counts.empty() ? 0 : *std::max_element(counts.begin(), counts.end()) + std::size_t{1}, no_index) {}
+  std::span<const Weight> weights(const Mask& mask) const { return {weights_.data() + mask.begin, mask.length}; }
+  const std::vector<Weight>& weights() const { return weights_; }
+  std::size_t longest() const { return longest_; }
+  Mask add(std::span<const Weight> mask) {
+    const Mask range{static_cast<std::uint32_t>(weights_.size()), static_cast<std::uint32_t>(mask.size())};
+    weights_.resize(range.begin + mask.size());
+    std::copy(mask.begin(), mask.end(), weights_.data() + range.begin);
+    longest_ = std::max(longest_, mask.size());
+    return range;
+  }
+  /// The masks of one kind, by a number such as the valence: add(make(count)) where `counts` has it, else empty.
   template <class Make>
-  std::uint32_t find_or_add(Index count, const Make& make) {
-    if (begin_[count] == no_index) begin_[count] = make();
-    return begin_[count];
+  std::vector<Mask> add_by_count(std::span<const Index> counts, const Make& make) {
+    std::vector<Mask> by_count;
+    for (const Index count : counts) {
+      if (count >= by_count.size()) by_count.resize(count + std::size_t{1});
+      if (by_count[count].length == 0) by_count[count] = add(make(count));
+    }
+    return by_count;
   }
 
  private:
-  std::vector<std::uint32_t> begin_;
+  std::vector<Weight> weights_;
+  std::size_t longest_ = 0;
 };
+
+/// Rows that are worked out from connectivity when they are needed, instead of being stored.
+template <class Rows>
+concept RowSource = requires(const Rows& source, std::size_t r, std::span<Index> indices) {
+  typename Rows::Weight;
+  { source.columns() } -> std::convertible_to<std::size_t>;
+  { source.rows() } -> std::convertible_to<std::size_t>;
+  { source.masks() } -> std::convertible_to<const MaskStore<typename Rows::Weight>&>;
+  { source.mask(r) } -> std::convertible_to<Mask>;
+  source.fill(r, indices);  // as many as the mask is long
+};
+
+/// Reads the rows of a map one after the other; each is valid until the next.
+template <class Rows>
+class RowReader {
+ public:
+  explicit RowReader(const Rows& rows) : rows_(rows) {}
+  Row<typename Rows::Weight> read(std::size_t r) { return rows_.row(r); }
+
+ private:
+  const Rows& rows_;
+};
+template <RowSource Rows>
+class RowReader<Rows> {
+ public:
+  explicit RowReader(const Rows& source) : source_(source), indices_(source.masks().longest()) {}
+  Row<typename Rows::Weight> read(std::size_t r) {
+    const Mask mask = source_.mask(r);
+    const std::span<Index> indices(indices_.data(), mask.length);
+    source_.fill(r, indices);
+    return {indices, source_.masks().weights(mask)};
+  }
+
+ private:
+  const Rows& source_;
+  std::vector<Index> indices_;
+};
+
+/// The rows, stored. O(entries).
+template <RowSource Rows>
+Stencils<typename Rows::Weight> tabulate(const Rows& source, const RunContext& context = {}) {
+  Stencils<typename Rows::Weight> table;
+  table.columns = source.columns();
+  table.weights = source.masks().weights();
+  table.masks.resize(source.rows());
+  table.offsets.resize(source.rows() + 1);
+  parallel_for(source.rows(), context, [&](std::size_t r) {
+    const Mask mask = source.mask(r);
+    table.masks[r] = mask.begin;
+    table.offsets[r + 1] = mask.length;
+  });
+  std::partial_sum(table.offsets.begin(), table.offsets.end(), table.offsets.begin());
+  table.indices.resize(table.offsets.back());
+  parallel_for(source.rows(), context, [&](std::size_t r) {
+    const std::size_t begin = table.offsets[r];
+    source.fill(r, {table.indices.data() + begin, table.offsets[r + 1] - begin});
+  });
+  return table;
+}
 
 /// Scalar weights: one refinement step, or limit positions alone.
 using StencilTable = Stencils<double>;
@@ -79,39 +153,72 @@ T zero() {
 }
 }  // namespace detail
 
-/// Σ_j weight_j values[index_j] of row r. `part` picks the scalar out of a weight (&LimitWeight::u, ...).
+/// Σ_j weight_j values[index_j]. `part` picks the scalar out of a weight (&LimitWeight::u, ...).
 template <class T, class Weight, class Part = std::identity>
-T apply_row(const Stencils<Weight>& table, std::size_t r, std::span<const T> values, Part part = {}) {
-  const auto indices = table.row_indices(r);
-  const auto weights = table.row_weights(r);
+T apply_row(const Row<Weight>& row, std::span<const T> values, Part part = {}) {
   T sum = detail::zero<T>();
-  for (std::size_t j = 0; j < indices.size(); ++j) sum += std::invoke(part, weights[j]) * values[indices[j]];
+  for (std::size_t j = 0; j < row.indices.size(); ++j)
+    sum += std::invoke(part, row.weights[j]) * values[row.indices[j]];
   return sum;
 }
 
-/// out = S values, for numbers or fixed-size Eigen vectors, in parallel.
+/// out = S values, for numbers or fixed-size Eigen vectors, in parallel; S stored or not.
 /// Precondition: values.size() == columns, out.size() == rows.
-template <class T, class Weight, class Part = std::identity>
-void apply(const Stencils<Weight>& table, std::span<const std::type_identity_t<T>> values, std::span<T> out,
+template <class T, class Rows, class Part = std::identity>
+void apply(const Rows& rows, std::span<const std::type_identity_t<T>> values, std::span<T> out,
            const RunContext& context = {}, Part part = {}) {
-  parallel_for(table.rows(), context, [&](std::size_t r) { out[r] = apply_row<T>(table, r, values, part); });
+  parallel_blocks(rows.rows(), context, [&](std::size_t, std::size_t begin, std::size_t end) {
+    RowReader<Rows> reader(rows);
+    for (std::size_t r = begin; r < end; ++r) out[r] = apply_row<T>(reader.read(r), values, part);
+  });
 }
 
-/// out = Sᵀ values, summed in the order of the rows.
+/// out += Sᵀ values, summed in the order of the rows.
 /// Precondition: values.size() == rows, out.size() == columns.
 template <class T, class Weight, class Part = std::identity>
-void apply_transposed(const Stencils<Weight>& table, std::span<const std::type_identity_t<T>> values, std::span<T> out,
-                      Part part = {}) {
-  std::fill(out.begin(), out.end(), detail::zero<T>());
+void add_transposed(const Stencils<Weight>& table, std::span<const std::type_identity_t<T>> values, std::span<T> out,
+                    Part part = {}) {
   for (std::size_t r = 0; r < table.rows(); ++r) {
-    const auto indices = table.row_indices(r);
-    const auto weights = table.row_weights(r);
-    for (std::size_t j = 0; j < indices.size(); ++j) out[indices[j]] += std::invoke(part, weights[j]) * values[r];
+    const Row<Weight> row = table.row(r);
+    for (std::size_t j = 0; j < row.indices.size(); ++j)
+      out[row.indices[j]] += std::invoke(part, row.weights[j]) * values[r];
   }
 }
 
-/// The table of `second` after `first`, with every column once per row. O(sum of the products of row lengths).
-/// Precondition: second.columns == first.rows.
-StencilTable compose(const StencilTable& second, const StencilTable& first);
+/// One refinement step of a scheme: the points of the faces from the old vertices, where the scheme has such points,
+/// and then the new vertices from the old ones followed by those.
+template <class FaceRows, class PointRows>
+struct RefinementStep {
+  FaceRows faces;
+  PointRows points;
+
+  std::size_t old_vertices() const { return faces.columns; }
+};
+
+/// Values at the new vertices. `room` more are reserved for what comes after them.
+template <class T, class FaceRows, class PointRows>
+std::vector<T> refine_values(const RefinementStep<FaceRows, PointRows>& step, std::vector<T> values,
+                             const RunContext& context, std::size_t room = 0) {
+  const std::size_t old = values.size();
+  values.resize(old + step.faces.rows());
+  const std::span<T> all(values);
+  apply<T>(step.faces, all.first(old), all.subspan(old), context);
+  std::vector<T> refined;
+  refined.reserve(step.points.rows() + room);
+  refined.resize(step.points.rows());
+  apply<T>(step.points, all, std::span<T>(refined), context);
+  return refined;
+}
+
+/// The transpose of refine_values.
+template <class T>
+std::vector<T> coarsen_values(const RefinementStep<StencilTable, StencilTable>& step, std::span<const T> values) {
+  std::vector<T> coarse(step.points.columns, detail::zero<T>());
+  add_transposed<T>(step.points, values, coarse);
+  const std::span<T> all(coarse);
+  add_transposed<T>(step.faces, all.subspan(step.old_vertices()), all.first(step.old_vertices()));
+  coarse.resize(step.old_vertices());
+  return coarse;
+}
 
 }  // namespace gpsrecon

@@ -4,8 +4,9 @@
 #include <gpsrecon/gps/attributes.h>
 #include <gpsrecon/gps/evaluate_data.h>
 #include <gpsrecon/gps/face_normals.h>
-#include <gpsrecon/gps/limit_surface.h>
 #include <gpsrecon/gps/refined_parameters.h>
+#include <gpsrecon/gps/refinement_levels.h>
+#include <gpsrecon/gps/sample_surface.h>
 #include <gpsrecon/gps/subdivide.h>
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -105,23 +106,28 @@ Mesh subdivide_to_tolerance(const CovMesh& mesh, const SubdivideOptions& options
   return refined;
 }
 
+template <class Scheme>
 Mesh subdivide_uniformly(const CovMesh& mesh, const SubdivideOptions& options, const RunContext& context) {
-  LimitSurface surface(mesh.faces, mesh.vertices.size(), options.levels, evaluation(options), context);
-  context.progress("subdivide", 0.5);
-  SurfaceSamples samples = surface.evaluate(mesh.vertices, options.limit, context, options.covariances);
+  const EvaluateOptions rules = evaluation(options);
+  check_levels(mesh.faces, options.levels, rules);
+  const RefinementLevels<Scheme> levels(mesh.faces, mesh.vertices.size(), options.levels, rules, context);
+  context.progress("subdivide", 0.3);
   Mesh refined;
+  refined.faces = levels.faces(context);
+  const Normalization normal_form = normalization(mesh.vertices);
+  SurfaceSamples samples = sample_surface(
+      levels.limit(), levels.refine_to_last(dual_points(mesh.vertices, normal_form, context), context), normal_form,
+      mesh.vertices.sigma0, refined.faces, {.limit = options.limit, .covariances = options.covariances}, context);
   refined.positions = std::move(samples.positions);
   refined.normals = std::move(samples.normals);
   refined.sigma = std::move(samples.sigma);
   refined.covariances = std::move(samples.covariances);
   refined.frame = mesh.vertices.frame;
-  if (options.attributes) interpolate_attributes(surface, mesh.vertices, refined, context);
-  refined.faces = std::move(surface).faces();
+  if (options.attributes) interpolate_attributes(levels, mesh.vertices, refined, context);
   if (options.curvature) {
-    const EvaluateOptions evaluate = evaluation(options);
     const std::vector<SurfaceParameter> places =
-        refined_parameters(mesh.faces, refined.faces, refined.positions.size(), options.levels, evaluate.scheme);
-    add_curvatures(SurfaceEvaluator(mesh, evaluate, context), places, refined, context);
+        refined_parameters(mesh.faces, refined.faces, refined.positions.size(), options.levels, rules.scheme);
+    add_curvatures(SurfaceEvaluator(mesh, rules, context), places, refined, context);
   }
   return refined;
 }
@@ -139,8 +145,10 @@ Mesh subdivide(const CovMesh& mesh, const SubdivideOptions& options, const RunCo
   options.check();
   context.progress("subdivide", 0);
   validate(mesh);
-  Mesh refined = options.tolerance > 0 ? subdivide_to_tolerance(mesh, options, context)
-                                       : subdivide_uniformly(mesh, options, context);
+  const auto refine_mesh = options.tolerance > 0            ? subdivide_to_tolerance
+                           : options.scheme == Scheme::loop ? subdivide_uniformly<LoopScheme>
+                                                            : subdivide_uniformly<CatmullClarkScheme>;
+  Mesh refined = refine_mesh(mesh, options, context);
   context.progress("subdivide", 1);
   return refined;
 }

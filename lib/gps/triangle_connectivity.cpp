@@ -17,6 +17,22 @@ Index second_half(Index h) {
   return first_half(Topo::next(h)) + 2;
 }
 
+/// Per face three corner triangles (vertex, after, before) and the one between.
+void fill_refined_corners(const Topo& parent, std::vector<Index>& corners, const RunContext& context) {
+  const auto vertices = static_cast<Index>(parent.vertex_count);
+  parallel_for(parent.corners.size() / 3, context, [&](std::size_t f) {
+    const auto base = static_cast<Index>(12 * f);
+    for (Index j = 0; j < 3; ++j) {
+      const auto h = static_cast<Index>(3 * f + j);
+      const Index after = vertices + parent.edge[h];
+      corners[base + 3 * j] = parent.corners[h];
+      corners[base + 3 * j + 1] = after;
+      corners[base + 3 * j + 2] = vertices + parent.edge[Topo::previous(h)];
+      corners[base + 9 + j] = after;
+    }
+  });
+}
+
 }  // namespace
 
 TriangleConnectivity triangle_connectivity(const FaceList& faces, std::size_t vertex_count) {
@@ -64,19 +80,14 @@ TriangleConnectivity refine(const TriangleConnectivity& parent, const RunContext
     child.edge[h] = static_cast<Index>(e);
     if (child.opposite[h] != no_index) child.edge[child.opposite[h]] = static_cast<Index>(e);
   };
+  fill_refined_corners(parent, child.corners, context);
   parallel_for(faces, context, [&](std::size_t f) {
     const auto base = static_cast<Index>(12 * f);
     for (Index j = 0; j < 3; ++j) {
       const auto h = static_cast<Index>(3 * f + j);
-      const Index arriving = Topo::previous(h), opposite = parent.opposite[h];
-      const auto after = static_cast<Index>(vertices + parent.edge[h]);
-      const auto before = static_cast<Index>(vertices + parent.edge[arriving]);
-      // Corner triangle (vertex, after, before); its middle half-edge faces `before -> after` of the inner triangle.
+      const Index opposite = parent.opposite[h];
+      // The middle half-edge of the corner triangle, after -> before, faces one of the inner triangle.
       const Index corner = base + 3 * j, inner = base + 9 + (j + 2) % 3;
-      child.corners[corner] = parent.corners[h];
-      child.corners[corner + 1] = after;
-      child.corners[corner + 2] = before;
-      child.corners[base + 9 + j] = after;
       child.opposite[corner + 1] = inner;
       child.opposite[inner] = corner + 1;
       child.opposite[first_half(h)] = opposite == no_index ? no_index : second_half(opposite);
@@ -102,11 +113,13 @@ TriangleConnectivity refine(const TriangleConnectivity& parent, const RunContext
   return child;
 }
 
-FaceList take_faces(TriangleConnectivity&& connectivity) {
+FaceList refined_faces(const TriangleConnectivity& parent, const RunContext& context) {
   FaceList faces;
-  faces.corners = std::move(connectivity.corners);
+  faces.corners.resize(4 * parent.corners.size());
+  fill_refined_corners(parent, faces.corners, context);
   faces.offsets.resize(faces.corners.size() / 3 + 1);
-  for (std::size_t f = 0; f < faces.offsets.size(); ++f) faces.offsets[f] = static_cast<std::uint32_t>(3 * f);
+  parallel_for(faces.offsets.size(), context,
+               [&](std::size_t f) { faces.offsets[f] = static_cast<std::uint32_t>(3 * f); });
   return faces;
 }
 

@@ -27,22 +27,25 @@ struct TriangleConnectivity {
   /// Precondition: a face uses v.
   bool on_boundary(Index v) const { return opposite[vertex_start[v]] == no_index; }
 
-  /// Calls visit(r) for the neighbours of v counter-clockwise: face_count[v] of them in the interior, one more on the
-  /// boundary, from the target of the leaving boundary edge to the source of the arriving one.
+  /// Calls visit(h, arriving) for a half-edge of every edge at v counter-clockwise: of those that leave v, and on the
+  /// boundary of the last that arrives there.
   template <class Visit>
-  void for_each_neighbor(Index v, const Visit& visit) const {
+  void for_each_edge(Index v, const Visit& visit) const {
     const Index start = vertex_start[v];
     if (start == no_index) return;
     Index h = start;
     do {
-      visit(target(h));
-      const Index arriving = previous(h);
-      h = opposite[arriving];
-      if (h == no_index) {
-        visit(source(arriving));
-        return;
-      }
+      visit(h, false);
+      const Index before = previous(h);
+      h = opposite[before];
+      if (h == no_index) return visit(before, true);
     } while (h != start);
+  }
+  /// Calls visit(r) for the neighbours of v counter-clockwise: face_count[v] of them in the interior, one more on the
+  /// boundary, from the target of the leaving boundary edge to the source of the arriving one.
+  template <class Visit>
+  void for_each_neighbor(Index v, const Visit& visit) const {
+    for_each_edge(v, [&](Index h, bool arriving) { visit(arriving ? source(h) : target(h)); });
   }
 };
 
@@ -54,7 +57,7 @@ TriangleConnectivity triangle_connectivity(const FaceList& faces, std::size_t ve
 /// with corners a, b, c becomes 4f: (a, ab, ca), 4f + 1: (b, bc, ab), 4f + 2: (c, ca, bc), 4f + 3: (ab, bc, ca). O(n).
 TriangleConnectivity refine(const TriangleConnectivity& parent, const RunContext& context = {});
 
-/// The faces as a list; the corners are moved out of the connectivity.
-FaceList take_faces(TriangleConnectivity&& connectivity);
+/// The faces of refine(parent) alone. O(n).
+FaceList refined_faces(const TriangleConnectivity& parent, const RunContext& context = {});
 
 }  // namespace gpsrecon

@@ -125,7 +125,7 @@ TEST(SplitEdges, AllEdgesMakeALoopStep) {
     for (Index v = 0; v < fine.vertices.size(); ++v) {
       const bool kept = v < coarse.vertex_count && coarse.on_boundary(v);
       const Gaussian expected =
-          kept ? mesh.vertices.component(v) : from_dual(apply_row<DualPoint>(loop.stencils, v, dual));
+          kept ? mesh.vertices.component(v) : from_dual(apply_row<DualPoint>(loop.stencils.row(v), dual));
       EXPECT_LT((fine.vertices.means[v] - expected.mean).norm(), 1e-12) << v;
       EXPECT_LT((fine.vertices.covariances[v] + expected.covariance * -1.0).matrix().norm(), 1e-12) << v;
     }

@@ -5,8 +5,8 @@
 #include <gpsrecon/gps/evaluate.h>
 #include <gpsrecon/gps/infer.h>
 #include <gpsrecon/gps/patch_table.h>
-#include <gpsrecon/gps/quad_step.h>
 #include <gpsrecon/gps/refined_parameters.h>
+#include <gpsrecon/gps/refinement_levels.h>
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -139,30 +139,23 @@ std::vector<Shape> all_shapes() {
 Mesh by_masks(const CovMesh& control, const EvaluateOptions& options, int levels) {
   if (options.scheme == Scheme::loop)
     return subdivide(control, {.levels = levels, .weights = options.weights, .corners = options.corners});
-  PolygonEdges edges = polygon_edges(control.faces, control.vertices.size());
+  Mesh refined;
+  PolygonConnectivity topology = polygon_connectivity(control.faces, control.vertices.size());
   std::vector<DualPoint> dual;
   for (std::size_t v = 0; v < control.vertices.size(); ++v) dual.push_back(to_dual(control.vertices.component(v)));
-  Mesh refined;
+  refined.faces = control.faces;
   for (int level = 0; level < levels; ++level) {
-    QuadStep step = catmull_clark_step(edges, options.corners);
-    std::vector<DualPoint> fine(step.stencils.rows());
-    apply<DualPoint>(step.stencils, dual, fine);
-    dual.swap(fine);
-    edges = std::move(step.edges);
+    dual = refine_values<DualPoint>(CatmullClarkScheme::step(topology, options), std::move(dual), {});
+    refined.faces = refined_faces(topology);
+    topology = refine(topology);
   }
-  const LimitTable table = quad_limit_table(edges, options.corners);
+  const LimitTable table = tabulate(CatmullClarkScheme::limit(topology, options, false));
   for (std::size_t v = 0; v < dual.size(); ++v) {
-    const DualMap map(apply_row<DualPoint>(table, v, dual, &LimitWeight::position));
+    const DualMap map(apply_row<DualPoint>(table.row(v), dual, &LimitWeight::position));
     refined.positions.push_back(map.mean());
-    refined.normals.push_back(map.tangent(apply_row<DualPoint>(table, v, dual, &LimitWeight::u))
-                                  .cross(map.tangent(apply_row<DualPoint>(table, v, dual, &LimitWeight::v)))
+    refined.normals.push_back(map.tangent(apply_row<DualPoint>(table.row(v), dual, &LimitWeight::u))
+                                  .cross(map.tangent(apply_row<DualPoint>(table.row(v), dual, &LimitWeight::v)))
                                   .normalized());
-  }
-  if (levels == 0) {
-    refined.faces = control.faces;
-  } else {
-    for (std::size_t h = 0; h < edges.corners.size(); h += 4)
-      refined.faces.add(std::span<const Index>(edges.corners).subspan(h, 4));
   }
   return refined;
 }
@@ -252,7 +245,7 @@ TEST_P(Evaluation, MeetsAcrossEdges) {
   if (!triangular() && !mesh().faces.all_of_size(4)) GTEST_SKIP() << "edges of polygons are halves of two patches";
   if (GetParam().name.ends_with("pillow")) GTEST_SKIP() << "two sheets fold at their edges";
   const SurfaceEvaluator surface(control(), options());
-  const PolygonEdges edges = polygon_edges(mesh().faces, mesh().positions.size());
+  const PolygonConnectivity edges = polygon_connectivity(mesh().faces, mesh().positions.size());
   const int n = triangular() ? 3 : 4;
   const auto place = [&](Index h, double t) -> SurfaceParameter {
     const double x[] = {0, 1, 1, 0}, y[] = {0, 0, 1, 1}, p[] = {0, 1, 0}, q[] = {0, 0, 1};

@@ -90,7 +90,7 @@ class LimitMasks : public testing::TestWithParam<Case> {
   template <class T>
   static T limit(const FaceList& faces, const std::vector<T>& values, double LimitWeight::*part) {
     const TriangleConnectivity topology = triangle_connectivity(faces, values.size());
-    return apply_row<T>(limit_table(topology, GetParam().weights, GetParam().corners), 0, values, part);
+    return apply_row<T>(limit_table(topology, GetParam().weights, GetParam().corners).row(0), values, part);
   }
 };
 
@@ -131,7 +131,7 @@ TEST_P(LimitMasks, TangentWeightsSumToZeroAndPositionWeightsToOne) {
   const LimitTable table = limit_table(topology, GetParam().weights, GetParam().corners);
   for (std::size_t r = 0; r < table.rows(); ++r) {
     LimitWeight sum{0, 0, 0};
-    for (const LimitWeight& w : table.row_weights(r)) {
+    for (const LimitWeight& w : table.row(r).weights) {
       EXPECT_GE(w.position, 0);
       sum.position += w.position;
       sum.u += w.u;

@@ -1,0 +1,362 @@
+#include <gpsrecon/core/parallel.h>
+#include <gpsrecon/gps/catmull_clark.h>
+#include <gpsrecon/gps/manifold_edges.h>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+namespace gpsrecon {
+namespace {
+
+using Topo = PolygonConnectivity;
+
+constexpr std::array kept_mask{1.0};
+constexpr std::array boundary_vertex_mask{3.0 / 4, 1.0 / 8, 1.0 / 8};
+constexpr std::array boundary_edge_mask{1.0 / 2, 1.0 / 2};
+constexpr std::array interior_edge_mask{1.0 / 4, 1.0 / 4, 1.0 / 4, 1.0 / 4};
+
+bool kept(const Topo& topology, Index v, CornerRule corners) {
+  return topology.unused(v) || (topology.on_boundary(v) && topology.face_count[v] == 1 && corners == CornerRule::sharp);
+}
+
+/// The numbers of corners of all faces.
+std::vector<Index> face_sizes(const Topo& topology) {
+  if (topology.quads()) return {4};
+  std::vector<Index> sizes(topology.face_total());
+  for (Index f = 0; f < sizes.size(); ++f) sizes[f] = topology.face_size(f);
+  return sizes;
+}
+
+void fill_refined_corners(const Topo& parent, std::vector<Index>& corners, const RunContext& context) {
+  const auto edges = static_cast<Index>(parent.vertex_count), faces = static_cast<Index>(edges + parent.edge_count());
+  parallel_for(parent.corners.size(), context, [&](std::size_t i) {
+    const auto h = static_cast<Index>(i);
+    corners[4 * i] = parent.corners[h];
+    corners[4 * i + 1] = edges + parent.edge[h];
+    corners[4 * i + 2] = faces + parent.face(h);
+    corners[4 * i + 3] = edges + parent.edge[parent.previous(h)];
+  });
+}
+
+LimitWeight weight(double position, double u = 0, double v = 0) {
+  return {position, u, v};
+}
+
+/// The weights of the inner edges and faces are A sin(iθ) and sin(iθ) + sin((i + 1)θ), those of a fan of 2k faces in
+/// the interior; the columns of v and of the boundary edges give the other two.
+struct BoundaryMode {
+  double a, theta, of_vertex, of_edge;
+  explicit BoundaryMode(Index k) {
+    theta = std::numbers::pi / k;
+    const double c = std::cos(theta), root = std::cos(theta / 2) * std::sqrt(2 * (9 + c));
+    a = 1 + c + root;
+    const double lambda = (5 + c + root) / 16;
+    double edges = 0, faces = 0;
+    for (Index i = 0; i < k; ++i) {
+      edges += edge(i);
+      faces += face(i);
+    }
+    const double p = edge(1) / 16 + face(0) / 4, q = 3 * edges / 8 + faces / 4;
+    // (λ - 1/2) b - v/8 = p, (λ - 3/4) v - b = q
+    of_vertex = (p + (lambda - 0.5) * q) / ((lambda - 0.5) * (lambda - 0.75) - 0.125);
+    of_edge = (lambda - 0.75) * of_vertex - q;
+  }
+  double edge(Index i) const { return a * std::sin(i * theta); }
+  double face(Index i) const { return std::sin(i * theta) + std::sin((i + 1) * theta); }
+};
+
+using LimitMask = std::vector<LimitWeight>;
+
+constexpr std::array unused_mask{LimitWeight{1, 0, 0}};
+constexpr std::array corner_mask{LimitWeight{1, -1, -1}, LimitWeight{0, 1, 0}, LimitWeight{0, 0, 1}};
+
+/// Weights of v and, face by face, of the other end of the edge before it and of the opposite corner.
+LimitMask interior_mask(Index n) {
+  const double step = 2 * std::numbers::pi / n, c = std::cos(step), count = n;
+  const double a = 1 + c + std::cos(step / 2) * std::sqrt(2 * (9 + c));
+  LimitMask mask(2 * n + std::size_t{1});
+  mask[0] = weight(count / (count + 5));
+  for (Index i = 0; i < n; ++i) {
+    const double t0 = i * step, t1 = (i + 1) * step;
+    mask[2 * i + std::size_t{1}] = weight(4 / (count * (count + 5)), a * std::cos(t0), a * std::sin(t0));
+    mask[2 * i + std::size_t{2}] =
+        weight(1 / (count * (count + 5)), std::cos(t0) + std::cos(t1), std::sin(t0) + std::sin(t1));
+  }
+  return mask;
+}
+
+/// Weights of v, of its neighbours on the boundary, first and last, of the opposite corner of the first face, and of
+/// inner edge and opposite corner of every other.
+LimitMask boundary_mask(Index n) {
+  // With one face, what is left across the boundary is the curvature of the boundary curve.
+  if (n == 1) return {weight(2.0 / 3, 0, -2), weight(1.0 / 6, 1, 1), weight(1.0 / 6, -1, 1)};
+  const BoundaryMode mode(n);
+  LimitMask mask(2 * n + std::size_t{2});
+  mask[0] = weight(2.0 / 3, 0, mode.of_vertex);
+  mask[1] = weight(1.0 / 6, 1, mode.of_edge);
+  mask[2] = weight(1.0 / 6, -1, mode.of_edge);
+  for (Index i = 0; i < n; ++i) {
+    if (i > 0) mask[2 * i + std::size_t{2}] = weight(0, 0, mode.edge(i));
+    mask[2 * i + std::size_t{3}] = weight(0, 0, mode.face(i));
+  }
+  return mask;
+}
+
+}  // namespace
+
+PolygonConnectivity polygon_connectivity(const FaceList& faces, std::size_t vertex_count) {
+  HalfEdges half_edges = manifold_edges(faces, vertex_count);
+  Topo c;
+  c.vertex_count = vertex_count;
+  c.corners = faces.corners;
+  c.opposite = std::move(half_edges.opposite);
+  if (!faces.all_of_size(4)) {
+    c.face_offsets = faces.offsets;
+    c.faces.reserve(c.corners.size());
+    for (std::size_t f = 0; f < faces.size(); ++f)
+      c.faces.insert(c.faces.end(), faces[f].size(), static_cast<Index>(f));
+  }
+  c.edge.resize(c.corners.size());
+  c.edge_start.reserve(half_edges.edges);
+  c.vertex_start.assign(vertex_count, no_index);
+  c.face_count.assign(vertex_count, 0);
+  for (Index h = 0; h < c.corners.size(); ++h) {
+    if (c.opposite[h] != no_index && c.opposite[h] < h) {
+      c.edge[h] = c.edge[c.opposite[h]];
+    } else {
+      c.edge[h] = static_cast<Index>(c.edge_start.size());
+      c.edge_start.push_back(h);
+    }
+    const Index v = c.corners[h];
+    if (c.vertex_start[v] == no_index || c.opposite[h] == no_index) c.vertex_start[v] = h;
+    ++c.face_count[v];
+  }
+  return c;
+}
+
+PolygonConnectivity refine(const PolygonConnectivity& parent, const RunContext& context) {
+  const std::size_t vertices = parent.vertex_count, edges = parent.edge_count(), faces = parent.face_total(),
+                    half_edges = parent.corners.size();
+  Topo child;
+  child.vertex_count = vertices + edges + faces;
+  child.corners.resize(4 * half_edges);
+  child.opposite.resize(4 * half_edges);
+  child.edge.resize(4 * half_edges);
+  child.edge_start.resize(2 * edges + half_edges);
+  child.vertex_start.resize(child.vertex_count);
+  child.face_count.resize(child.vertex_count);
+  fill_refined_corners(parent, child.corners, context);
+  parallel_for(half_edges, context, [&](std::size_t i) {
+    const auto h = static_cast<Index>(i), q = 4 * h;
+    const Index next = parent.next(h), before = parent.previous(h);
+    const Index right = parent.opposite[h], left = parent.opposite[before];
+    child.opposite[q] = right == no_index ? no_index : 4 * parent.next(right) + 3;
+    child.opposite[q + 1] = 4 * next + 2;
+    child.opposite[q + 2] = 4 * before + 1;
+    child.opposite[q + 3] = left == no_index ? no_index : 4 * left;
+    // Edges: both halves of every old one, then one from the middle of every half-edge into its face.
+    const auto inner = static_cast<Index>(2 * edges + i);
+    child.edge[q + 1] = child.edge[4 * next + 2] = inner;
+    child.edge_start[inner] = q + 1;
+  });
+  parallel_for(edges, context, [&](std::size_t e) {
+    const Index h = parent.edge_start[e], other = parent.opposite[h];
+    const auto first = static_cast<Index>(2 * e);
+    const Index leaving = 4 * h,
+                arriving = 4 * parent.next(h) + 3;  // from the source, and from the middle to the target
+    child.edge_start[first] = leaving;
+    child.edge_start[first + 1] = arriving;
+    child.edge[leaving] = first;
+    child.edge[arriving] = first + 1;
+    if (other != no_index) {
+      child.edge[4 * parent.next(other) + 3] = first;
+      child.edge[4 * other] = first + 1;
+    }
+    // On the boundary this is the one without opposite.
+    child.vertex_start[vertices + e] = arriving;
+    child.face_count[vertices + e] = other == no_index ? 2 : 4;
+  });
+  parallel_for(faces, context, [&](std::size_t i) {
+    const auto f = static_cast<Index>(i);
+    child.vertex_start[vertices + edges + i] = 4 * parent.face_start(f) + 2;
+    child.face_count[vertices + edges + i] = parent.face_size(f);
+  });
+  parallel_for(vertices, context, [&](std::size_t v) {
+    const Index h = parent.vertex_start[v];
+    child.vertex_start[v] = h == no_index ? no_index : 4 * h;
+    child.face_count[v] = parent.face_count[v];
+  });
+  return child;
+}
+
+FaceList refined_faces(const PolygonConnectivity& parent, const RunContext& context) {
+  FaceList faces;
+  faces.corners.resize(4 * parent.corners.size());
+  fill_refined_corners(parent, faces.corners, context);
+  faces.offsets.resize(parent.corners.size() + 1);
+  parallel_for(faces.offsets.size(), context,
+               [&](std::size_t f) { faces.offsets[f] = static_cast<std::uint32_t>(4 * f); });
+  return faces;
+}
+
+CatmullClarkFaceRows::CatmullClarkFaceRows(const PolygonConnectivity& connectivity)
+    : connectivity_(connectivity),
+      by_size_(masks_.add_by_count(face_sizes(connectivity), [](Index n) { return std::vector<double>(n, 1.0 / n); })) {
+}
+
+void CatmullClarkFaceRows::fill(std::size_t r, std::span<Index> row) const {
+  std::copy_n(connectivity_.corners.begin() + connectivity_.face_start(static_cast<Index>(r)), row.size(), row.begin());
+}
+
+CatmullClarkRows::CatmullClarkRows(const PolygonConnectivity& connectivity, CornerRule corners)
+    : connectivity_(connectivity),
+      corners_(corners),
+      kept_(masks_.add(kept_mask)),
+      boundary_vertex_(masks_.add(boundary_vertex_mask)),
+      boundary_edge_(masks_.add(boundary_edge_mask)),
+      interior_edge_(masks_.add(interior_edge_mask)),
+      interior_vertex_(masks_.add_by_count(connectivity.face_count, [](Index count) {
+        const double n = std::max<Index>(count, 1);
+        std::vector<double> mask(2 * count + std::size_t{1}, 1 / (n * n));
+        mask[0] = (n - 2) / n;
+        return mask;
+      })) {}
+
+Mask CatmullClarkRows::mask(std::size_t r) const {
+  const Topo& topology = connectivity_;
+  if (r >= topology.vertex_count + topology.edge_count()) return kept_;
+  if (r >= topology.vertex_count) {
+    const Index h = topology.edge_start[r - topology.vertex_count];
+    return topology.opposite[h] == no_index ? boundary_edge_ : interior_edge_;
+  }
+  const auto v = static_cast<Index>(r);
+  if (kept(topology, v, corners_)) return kept_;
+  return topology.on_boundary(v) ? boundary_vertex_ : interior_vertex_[topology.face_count[v]];
+}
+
+void CatmullClarkRows::fill(std::size_t r, std::span<Index> row) const {
+  const Topo& topology = connectivity_;
+  const auto vertices = static_cast<Index>(topology.vertex_count);
+  if (r >= vertices + topology.edge_count()) {
+    row[0] = static_cast<Index>(r - topology.edge_count());
+    return;
+  }
+  if (r >= vertices) {
+    const Index h = topology.edge_start[r - vertices];
+    row[0] = topology.source(h);
+    row[1] = topology.target(h);
+    if (row.size() == 2) return;
+    row[2] = vertices + topology.face(h);
+    row[3] = vertices + topology.face(topology.opposite[h]);
+    return;
+  }
+  const auto v = static_cast<Index>(r);
+  row[0] = v;
+  if (row.size() == 1) return;
+  if (topology.on_boundary(v)) {
+    row[1] = topology.target(topology.vertex_start[v]);
+    row[2] = topology.source(topology.for_each_leaving(v, [](Index) {}));
+    return;
+  }
+  std::size_t at = 1;
+  topology.for_each_leaving(v, [&](Index h) {
+    row[at++] = topology.target(h);
+    row[at++] = vertices + topology.face(h);
+  });
+}
+
+CatmullClarkLimitRows::CatmullClarkLimitRows(const PolygonConnectivity& connectivity, CornerRule corners, bool refined)
+    : connectivity_(connectivity),
+      corners_(corners),
+      refined_(refined),
+      unused_(masks_.add(unused_mask)),
+      corner_(masks_.add(corner_mask)),
+      regular_boundary_(masks_.add(boundary_mask(2))),
+      regular_interior_(masks_.add(interior_mask(4))),
+      boundary_(
+          masks_.add_by_count(connectivity.face_count, [](Index n) { return boundary_mask(std::max<Index>(n, 1)); })) {
+  std::vector<Index> counts = connectivity.face_count;
+  if (refined) {
+    const std::vector<Index> sizes = face_sizes(connectivity);
+    counts.insert(counts.end(), sizes.begin(), sizes.end());
+  }
+  interior_ = masks_.add_by_count(counts, [](Index n) { return interior_mask(std::max<Index>(n, 1)); });
+}
+
+std::size_t CatmullClarkLimitRows::rows() const {
+  const Topo& topology = connectivity_;
+  return topology.vertex_count + (refined_ ? topology.edge_count() + topology.face_total() : 0);
+}
+
+Mask CatmullClarkLimitRows::mask(std::size_t r) const {
+  const Topo& topology = connectivity_;
+  const std::size_t vertices = topology.vertex_count, edges = topology.edge_count();
+  if (r >= vertices + edges) return interior_[topology.face_size(static_cast<Index>(r - vertices - edges))];
+  if (r >= vertices)
+    return topology.opposite[topology.edge_start[r - vertices]] == no_index ? regular_boundary_ : regular_interior_;
+  const auto v = static_cast<Index>(r);
+  if (topology.unused(v)) return unused_;
+  if (kept(topology, v, corners_)) return corner_;
+  return (topology.on_boundary(v) ? boundary_ : interior_)[topology.face_count[v]];
+}
+
+void CatmullClarkLimitRows::fill(std::size_t r, std::span<Index> row) const {
+  const Topo& topology = connectivity_;
+  const auto vertices = static_cast<Index>(topology.vertex_count), edges = static_cast<Index>(topology.edge_count());
+  row[0] = static_cast<Index>(r);
+  std::size_t at = 1;
+  const auto edge_point = [&](Index h) { return vertices + topology.edge[h]; };
+  const auto face_point = [&](Index h) { return vertices + edges + topology.face(h); };
+  if (r >= vertices + edges) {
+    const auto f = static_cast<Index>(r - vertices - edges);
+    for (Index h = topology.face_start(f); h < topology.face_start(f + 1); ++h) {
+      row[at++] = edge_point(topology.previous(h));
+      row[at++] = topology.source(h);
+    }
+    return;
+  }
+  if (r >= vertices) {
+    // Around the middle of an edge: its target, the next edge, the face, the edge before, its source; then the other
+    // face.
+    const Index h = topology.edge_start[r - vertices], other = topology.opposite[h];
+    if (other == no_index) {
+      row[1] = topology.target(h);
+      row[2] = topology.source(h);
+      row[3] = edge_point(topology.next(h));
+      row[4] = face_point(h);
+      row[5] = edge_point(topology.previous(h));
+      return;
+    }
+    for (const Index g : {h, other}) {
+      row[at++] = topology.target(g);
+      row[at++] = edge_point(topology.next(g));
+      row[at++] = face_point(g);
+      row[at++] = edge_point(topology.previous(g));
+    }
+    return;
+  }
+  const auto v = static_cast<Index>(r);
+  if (row.size() == 1) return;
+  const auto end_of_edge = [&](Index h) { return refined_ ? edge_point(h) : topology.target(h); };
+  const auto across_face = [&](Index h) { return refined_ ? face_point(h) : topology.target(topology.next(h)); };
+  if (topology.on_boundary(v)) {
+    const Index first = topology.vertex_start[v];
+    const Index last = topology.for_each_leaving(v, [](Index) {});
+    row[1] = end_of_edge(first);
+    row[2] = refined_ ? edge_point(last) : topology.source(last);
+    if (row.size() == 3) return;
+    at = 3;
+    topology.for_each_leaving(v, [&](Index h) {
+      if (h != first) row[at++] = end_of_edge(h);
+      row[at++] = across_face(h);
+    });
+    return;
+  }
+  topology.for_each_leaving(v, [&](Index h) {
+    row[at++] = end_of_edge(h);
+    row[at++] = across_face(h);
+  });
+}
+
+}  // namespace gpsrecon

@@ -1,0 +1,111 @@
+#pragma once
+
+#include <gpsrecon/core/mesh.h>
+#include <gpsrecon/gps/catmull_clark.h>
+#include <gpsrecon/gps/evaluate.h>
+#include <gpsrecon/gps/limit.h>
+#include <vector>
+
+// Internal to lib/gps: uniform refinement with either scheme.
+
+namespace gpsrecon {
+
+/// A map to nothing.
+struct NoRows {
+  using Weight = double;
+  std::size_t column_count = 0;
+  MaskStore<double> no_masks;
+
+  std::size_t columns() const { return column_count; }
+  std::size_t rows() const { return 0; }
+  const MaskStore<double>& masks() const { return no_masks; }
+  Mask mask(std::size_t) const { return {}; }
+  void fill(std::size_t, std::span<Index>) const {}
+};
+
+struct LoopScheme {
+  using Connectivity = TriangleConnectivity;
+  static Connectivity connect(const FaceList& faces, std::size_t vertex_count) {
+    return triangle_connectivity(faces, vertex_count);
+  }
+  static RefinementStep<NoRows, LoopRows> step(const Connectivity& connectivity, const EvaluateOptions& rules) {
+    return {{connectivity.vertex_count, {}}, {connectivity, rules.weights, rules.corners}};
+  }
+  static LoopLimitRows limit(const Connectivity& connectivity, const EvaluateOptions& rules, bool refined) {
+    return {connectivity, rules.weights, rules.corners, refined};
+  }
+};
+
+struct CatmullClarkScheme {
+  using Connectivity = PolygonConnectivity;
+  static Connectivity connect(const FaceList& faces, std::size_t vertex_count) {
+    return polygon_connectivity(faces, vertex_count);
+  }
+  static RefinementStep<CatmullClarkFaceRows, CatmullClarkRows> step(const Connectivity& connectivity,
+                                                                     const EvaluateOptions& rules) {
+    return {CatmullClarkFaceRows(connectivity), {connectivity, rules.corners}};
+  }
+  static CatmullClarkLimitRows limit(const Connectivity& connectivity, const EvaluateOptions& rules, bool refined) {
+    return {connectivity, rules.corners, refined};
+  }
+};
+
+/// A step with its rows stored.
+template <class FaceRows, class PointRows>
+RefinementStep<StencilTable, StencilTable> tabulate(const RefinementStep<FaceRows, PointRows>& step,
+                                                    const RunContext& context = {}) {
+  return {tabulate(step.faces, context), tabulate(step.points, context)};
+}
+
+/// Refinement of one mesh by some levels. Nothing is stored but the connectivity of all levels but the last, about 30
+/// bytes per vertex of the last: to be evaluated once. The samples are the vertices of the last level.
+template <class Scheme>
+class RefinementLevels {
+ public:
+  /// Throws InvariantError as Scheme::connect. Precondition: levels >= 0.
+  RefinementLevels(const FaceList& faces, std::size_t control_count, int levels, const EvaluateOptions& rules,
+                   const RunContext& context)
+      : control_faces_(faces), levels_(static_cast<std::size_t>(levels)), rules_(rules) {
+    above_.push_back(Scheme::connect(faces, control_count));
+    while (above_.size() < levels_) above_.push_back(refine(above_.back(), context));
+  }
+
+  std::size_t levels() const { return levels_; }
+  /// From level `level` to the next.
+  auto step(std::size_t level) const { return Scheme::step(above_[level], rules_); }
+  /// Limits at the samples.
+  auto limit() const { return Scheme::limit(above_.back(), rules_, levels_ > 0); }
+  FaceList faces(const RunContext& context) const {
+    return levels_ > 0 ? refined_faces(above_.back(), context) : control_faces_;
+  }
+
+  /// Values at the vertices of the last level, from those at control vertices.
+  template <class T>
+  std::vector<T> refine_to_last(std::vector<T> values, const RunContext& context) const {
+    for (std::size_t level = 0; level < levels_; ++level) {
+      const std::size_t room = level + 1 < levels_ ? step(level + 1).faces.rows() : 0;
+      values = refine_values<T>(step(level), std::move(values), context, room);
+    }
+    return values;
+  }
+  /// Limits at the samples, from values at control vertices.
+  template <class T>
+  std::vector<T> to_samples(std::span<const T> values, const RunContext& context) const {
+    const std::vector<T> last = refine_to_last<T>({values.begin(), values.end()}, context);
+    std::vector<T> samples(last.size());
+    apply<T>(limit(), last, std::span<T>(samples), context, &LimitWeight::position);
+    return samples;
+  }
+
+ private:
+  const FaceList& control_faces_;
+  std::size_t levels_;
+  EvaluateOptions rules_;
+  std::vector<typename Scheme::Connectivity> above_;  ///< the levels above the last, at least the control mesh
+};
+
+/// Throws OptionError if a level is negative, has more faces than indices can count, or is 0 for
+/// Scheme::catmull_clark and faces of other than four corners, whose limit positions have no masks.
+void check_levels(const FaceList& faces, int levels, const EvaluateOptions& rules);
+
+}  // namespace gpsrecon
