@@ -38,8 +38,10 @@ class DualMap {
   Sym3 covariance() const { return factor_.inverse(); }
   /// Σ n
   Vec3 covariance_times(const Vec3& n) const { return factor_.solve(n); }
-  /// The tangent in space that belongs to a tangent q_u in R⁹: μ_u = Σ (q̄_u - [q̂_u] μ) (appendix B).
-  Vec3 tangent(const DualPoint& q_u) const { return factor_.solve(linear_part(q_u) - quadratic_part(q_u) * mean_); }
+  /// Σ⁻¹ μ_u = q̄_u - [q̂_u] μ, where μ_u is the tangent in space that belongs to a tangent q_u in R⁹ (appendix B).
+  Vec3 cotangent(const DualPoint& q_u) const { return linear_part(q_u) - quadratic_part(q_u) * mean_; }
+  /// μ_u
+  Vec3 tangent(const DualPoint& q_u) const { return factor_.solve(cotangent(q_u)); }
 
  private:
   Cholesky3 factor_;

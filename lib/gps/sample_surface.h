@@ -20,29 +20,32 @@ struct SampleOptions {
 
 namespace detail {
 
-struct LimitPoint {
-  DualPoint position = DualPoint::Zero(), u = DualPoint::Zero(), v = DualPoint::Zero();
-};
-
-inline LimitPoint limit_point(const Row<LimitWeight>& row, const std::vector<DualPoint>& dual) {
-  LimitPoint p;
-  for (std::size_t j = 0; j < row.indices.size(); ++j) {
-    const DualPoint& q = dual[row.indices[j]];
-    p.position += row.weights[j].position * q;
-    p.u += row.weights[j].u * q;
-    p.v += row.weights[j].v * q;
-  }
-  return p;
-}
-
 /// Below this sine of the angle between the two tangents they are taken for parallel.
 inline constexpr double parallel_tangents = 1e-9;
 
-/// Zero where the tangents do not span a plane.
-inline Vec3 unit_normal(const Vec3& u, const Vec3& v) {
-  const Vec3 n = u.cross(v);
-  const double length = n.norm();
-  return length > parallel_tangents * u.norm() * v.norm() ? Vec3(n / length) : Vec3::Zero();
+/// A normal of any length and Σ times it; both zero where the tangents do not span a plane.
+struct NormalAndSpread {
+  Vec3 normal, spread;
+};
+
+/// With tangents Σa and Σb the normal is Σa × Σb = det Σ · Σ⁻¹(a × b), which takes no solution with Σ and loses the
+/// fewer digits the flatter the Gaussian is.
+inline NormalAndSpread limit_normal(const DualMap& map, const Sym3& precision, const DualPoint& q_u,
+                                    const DualPoint& q_v) {
+  const Vec3 a = map.cotangent(q_u), b = map.cotangent(q_v), m = a.cross(b), n = precision * m;
+  // The sine is |Σa × Σb| / (|Σa| |Σb|) >= det Σ |n| / (tr Σ² |a| |b|), and tr Σ = c / det Σ⁻¹: nearly always that is
+  // enough to tell.
+  const Sym3& p = precision;
+  const double xx = p.yy * p.zz - p.yz * p.yz, yy = p.xx * p.zz - p.xz * p.xz, zz = p.xx * p.yy - p.xy * p.xy;
+  const double c = xx + yy + zz;
+  const double determinant = p.xx * xx - p.xy * (p.xy * p.zz - p.yz * p.xz) + p.xz * (p.xy * p.yz - p.yy * p.xz);
+  constexpr double clearly = 1e3 * parallel_tangents;
+  const double lower = determinant * determinant * n.squaredNorm(),
+               upper = c * c * c * c * a.squaredNorm() * b.squaredNorm();
+  if (lower > clearly * clearly * upper) return {n, m};
+  const Vec3 u = map.covariance_times(a), v = map.covariance_times(b);
+  if (u.cross(v).norm() > parallel_tangents * u.norm() * v.norm()) return {n, m};
+  return {Vec3::Zero(), Vec3::Zero()};
 }
 
 }  // namespace detail
@@ -61,29 +64,36 @@ SurfaceSamples sample_surface(const LimitRows& limit, const std::vector<DualPoin
   samples.sigma.resize(count);
   if (options.spread) samples.spread.resize(count);
   if (options.covariances) samples.covariances.resize(count);
-  const auto describe = [&](std::size_t i, const DualMap& map) {
-    const Vec3& n = samples.normals[i];
-    const Vec3 spread = normal_form.scale * map.covariance_times(n);
-    if (options.spread) samples.spread[i] = spread;
-    samples.sigma[i] = std::sqrt(std::max(0.0, n.dot(spread) - sigma0 * sigma0));
+  const auto set_normal = [&](std::size_t i, const Vec3& normal, const Vec3& spread) {
+    samples.normals[i] = normal;
+    if (options.spread) samples.spread[i] = normal_form.scale * spread;
+    samples.sigma[i] = std::sqrt(std::max(0.0, normal_form.scale * normal.dot(spread) - sigma0 * sigma0));
   };
   parallel_blocks(count, context, [&](std::size_t, std::size_t begin, std::size_t end) {
-    RowReader<LimitRows> rows(limit);
-    for (std::size_t i = begin; i < end; ++i) {
-      const detail::LimitPoint q = detail::limit_point(rows.read(i), dual);
-      const DualMap limit_map(q.position);
+    for_each_row<DualPoint>(limit, begin, end, dual, [&](std::size_t i, const Row<LimitWeight>& row) {
+      const DualPoint q = apply_row<DualPoint>(row, dual, &LimitWeight::position);
+      const DualMap limit_map(q);
+      const auto [normal, spread] =
+          detail::limit_normal(limit_map, quadratic_part(q), apply_row<DualPoint>(row, dual, &LimitWeight::u),
+                               apply_row<DualPoint>(row, dual, &LimitWeight::v));
+      const double length = normal.norm();
+      if (!(length > 0)) {
+        samples.normals[i].setZero();
+      } else if (options.limit) {
+        set_normal(i, normal / length, spread / length);
+      }
       const DualMap map = options.limit ? limit_map : DualMap(dual[i]);
       samples.positions[i] = map.mean() + normal_form.center;
       if (options.covariances) samples.covariances[i] = normal_form.scale * map.covariance();
-      samples.normals[i] = detail::unit_normal(limit_map.tangent(q.u), limit_map.tangent(q.v));
-      describe(i, map);
-    }
+      if (!options.limit && length > 0) set_normal(i, normal / length, map.covariance_times(normal / length));
+    });
   });
-  RowReader<LimitRows> rows(limit);
+  std::vector<Index> room(longest_row(limit));
   for (const Index i : complete_normals(faces, samples.positions, samples.normals)) {
-    const DualMap map(options.limit ? detail::limit_point(rows.read(i), dual).position : dual[i]);
+    const DualMap map(
+        options.limit ? apply_row<DualPoint>(read_row(limit, i, room.data()), dual, &LimitWeight::position) : dual[i]);
     if (samples.normals[i].isZero(0)) samples.normals[i] = eigen_decomposition(map.covariance()).vectors.col(0);
-    describe(i, map);
+    set_normal(i, samples.normals[i], map.covariance_times(samples.normals[i]));
   }
   return samples;
 }

@@ -3,6 +3,7 @@
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/core/vec.h>
 #include <algorithm>
+#include <array>
 #include <concepts>
 #include <cstdint>
 #include <functional>
@@ -85,31 +86,48 @@ concept RowSource = requires(const Rows& source, std::size_t r, std::span<Index>
   source.fill(r, indices);  // as many as the mask is long
 };
 
-/// Reads the rows of a map one after the other; each is valid until the next.
-template <class Rows>
-class RowReader {
- public:
-  explicit RowReader(const Rows& rows) : rows_(rows) {}
-  Row<typename Rows::Weight> read(std::size_t r) { return rows_.row(r); }
-
- private:
-  const Rows& rows_;
-};
+/// Row r of a map. `room` is for the indices of rows that are not stored: longest_row(rows) of them.
+template <class Weight>
+Row<Weight> read_row(const Stencils<Weight>& table, std::size_t r, Index*) {
+  return table.row(r);
+}
 template <RowSource Rows>
-class RowReader<Rows> {
- public:
-  explicit RowReader(const Rows& source) : source_(source), indices_(source.masks().longest()) {}
-  Row<typename Rows::Weight> read(std::size_t r) {
-    const Mask mask = source_.mask(r);
-    const std::span<Index> indices(indices_.data(), mask.length);
-    source_.fill(r, indices);
-    return {indices, source_.masks().weights(mask)};
-  }
+Row<typename Rows::Weight> read_row(const Rows& source, std::size_t r, Index* room) {
+  const Mask mask = source.mask(r);
+  const std::span<Index> indices(room, mask.length);
+  source.fill(r, indices);
+  return {indices, source.masks().weights(mask)};
+}
+template <class Weight>
+std::size_t longest_row(const Stencils<Weight>&) {
+  return 0;
+}
+template <RowSource Rows>
+std::size_t longest_row(const Rows& source) {
+  return source.masks().longest();
+}
 
- private:
-  const Rows& source_;
-  std::vector<Index> indices_;
-};
+/// Calls body(r, row) for the rows from `begin` to `end`. Rows are read some ahead and their values fetched: they lie
+/// all over memory, and waiting for them would take half the time.
+template <class T, class Rows, class Body>
+void for_each_row(const Rows& rows, std::size_t begin, std::size_t end, std::span<const T> values, const Body& body) {
+  constexpr std::size_t ahead = 16, cache_line = 64;
+  const std::size_t longest = longest_row(rows);
+  std::vector<Index> room(ahead * longest);
+  std::array<Row<typename Rows::Weight>, ahead> waiting;
+  for (std::size_t first = begin; first < end; first += ahead) {
+    const std::size_t count = std::min(ahead, end - first);
+    for (std::size_t k = 0; k < count; ++k) {
+      waiting[k] = read_row(rows, first + k, room.data() + k * longest);
+      for (const Index i : waiting[k].indices) {
+        const char* const value = reinterpret_cast<const char*>(values.data() + i);
+        for (std::size_t byte = 0; byte < sizeof(T); byte += cache_line) __builtin_prefetch(value + byte);
+        __builtin_prefetch(value + sizeof(T) - 1);
+      }
+    }
+    for (std::size_t k = 0; k < count; ++k) body(first + k, waiting[k]);
+  }
+}
 
 /// The rows, stored. O(entries).
 template <RowSource Rows>
@@ -168,8 +186,9 @@ template <class T, class Rows, class Part = std::identity>
 void apply(const Rows& rows, std::span<const std::type_identity_t<T>> values, std::span<T> out,
            const RunContext& context = {}, Part part = {}) {
   parallel_blocks(rows.rows(), context, [&](std::size_t, std::size_t begin, std::size_t end) {
-    RowReader<Rows> reader(rows);
-    for (std::size_t r = begin; r < end; ++r) out[r] = apply_row<T>(reader.read(r), values, part);
+    for_each_row<T>(rows, begin, end, values, [&](std::size_t r, const Row<typename Rows::Weight>& row) {
+      out[r] = apply_row<T>(row, values, part);
+    });
   });
 }
 
