@@ -16,7 +16,9 @@ class PatchTable::Builder {
         opposite_(opposite),
         options_(options),
         start_(table.to_points_.points.rows(), no_index),
-        count_(table.to_points_.points.rows(), 0) {
+        count_(table.to_points_.points.rows(), 0),
+        ring_(table.base_count_, no_index),
+        at_(corners.size() / size(), 0) {
     for (Index h = 0; h < corners.size(); ++h) {
       const Index v = corners[h];
       if (start_[v] == no_index || opposite[h] == no_index) start_[v] = h;
@@ -30,18 +32,18 @@ class PatchTable::Builder {
     std::vector<std::vector<Index>> around(table_.base_count_);
     for (Index f = 0; f < faces; ++f) {
       const Index h = size() * f, v = source(h);
-      const auto begin = static_cast<std::uint32_t>(table_.indices_.size());
       if (regular(v)) {
-        table_.leaves_.push_back({begin, 0});
+        table_.leaves_.push_back({static_cast<std::uint32_t>(table_.indices_.size()), 0});
         loop() ? add_regular_triangle(h) : add_regular_quad(h);
         continue;
       }
       if (v >= table_.base_count_) throw InvariantError("evaluation: an inner vertex of a face is not regular");
+      if (around[v].empty()) add_ring(v);
       around[v].push_back(f);
       const Fan fan = fan_at(h);
-      table_.leaves_.push_back({begin, kind_of(fan)});
+      table_.leaves_.push_back({static_cast<std::uint32_t>(table_.indices_.size()), kind_of(fan)});
       table_.largest_ring_ = std::max(table_.largest_ring_, detail::ring_size(options_.scheme, fan));
-      add_ring(fan, h);
+      add(ring_[v]);
       loop() ? add_outer_triangle(fan, h) : add_outer_quad(fan, h);
     }
     table_.fan_offsets_.assign(1, 0);
@@ -69,12 +71,9 @@ class PatchTable::Builder {
 
   Fan fan_at(Index h) const {
     const Index v = source(h);
-    Fan fan{.faces = count_[v], .boundary = on_boundary(v)};
+    Fan fan{.faces = count_[v], .boundary = on_boundary(v), .at = at_[h / size()]};
     fan.sharp = fan.boundary && fan.faces == 1 && options_.corners == CornerRule::sharp;
-    if (fan.boundary)
-      for (Index g = start_[v]; g != h; g = opposite(previous(g))) ++fan.at;
-    else if (loop())
-      fan.beta = loop_beta(options_.weights, fan.faces);
+    if (!fan.boundary && loop()) fan.beta = loop_beta(options_.weights, fan.faces);
     return fan;
   }
 
@@ -91,18 +90,19 @@ class PatchTable::Builder {
     return static_cast<Index>(table_.to_points_.points.rows() + table_.ghosts_.size() - 1);
   }
 
-  /// The vertex and its neighbours, counter-clockwise; in the interior from the first edge of the face on.
-  void add_ring(const Fan& fan, Index h) {
-    const Index first = fan.boundary ? start_[source(h)] : h;
-    add(source(h));
-    Index g = first;
+  /// The vertex and its neighbours, counter-clockwise, once for all leaves around it; and their numbers.
+  void add_ring(Index v) {
+    ring_[v] = static_cast<Index>(table_.indices_.size());
+    add(v);
+    Index g = start_[v], number = 0;
     do {
+      at_[g / size()] = number++;
       add(target(g));
       if (!loop()) add(target(next(g)));
       const Index arriving = previous(g);
       g = opposite(arriving);
       if (g == no_index) add(source(arriving));
-    } while (g != no_index && g != first);
+    } while (g != no_index && g != start_[v]);
   }
 
   // Triangles -------------------------------------------------------------------------------------------------------
@@ -220,6 +220,8 @@ class PatchTable::Builder {
   const std::vector<Index>&corners_, &opposite_;
   const EvaluateOptions& options_;
   std::vector<Index> start_, count_;
+  std::vector<Index> ring_;  ///< per vertex of the base mesh: where its ring begins
+  std::vector<Index> at_;    ///< per leaf: its number around its vertex
   std::map<std::tuple<Index, bool, Index>, std::size_t> kinds_;
 };
 

@@ -24,7 +24,7 @@ struct Fan {
   Index faces = 0;
   bool boundary = false;
   bool sharp = false;  ///< a corner that is kept
-  Index at = 0;        ///< number of the face at hand, counter-clockwise from the boundary; 0 in the interior
+  Index at = 0;        ///< number of the face at hand, counter-clockwise, from the boundary if there is one
   double beta = 0;     ///< Loop's, in the interior
 };
 
@@ -59,7 +59,7 @@ class PatchTable {
     return kinds_[leaves_[at.leaf].kind].faces > 0 && std::max(at.s, at.t) <= closest;
   }
   /// The vertex at (0, 0) of a leaf that is not regular, numbered like the vertices of the base mesh.
-  Index vertex_of(Index leaf) const { return indices_[leaves_[leaf].begin]; }
+  Index vertex_of(Index leaf) const { return indices_[indices_[leaves_[leaf].begin]]; }
   /// The leaves around a vertex of the base mesh that is not regular; none around others.
   std::span<const Index> leaves_around(Index vertex) const {
     return {fan_leaves_.data() + fan_offsets_[vertex], fan_leaves_.data() + fan_offsets_[vertex + 1]};
@@ -113,8 +113,9 @@ class PatchTable {
 
  private:
   struct Leaf {
-    std::uint32_t begin;  ///< first of its indices
-    std::uint32_t kind;   ///< 0 = regular
+    std::uint32_t
+        begin;           ///< first of its indices; if it is not regular, of where its ring begins, and its outer points
+    std::uint32_t kind;  ///< 0 = regular
   };
   /// A point beyond the boundary.
   struct Ghost {
@@ -395,10 +396,11 @@ void PatchTable::evaluate_irregular(std::span<const T> points, const LeafPoint& 
   const Fan& fan = kinds_[leaf.kind];
   const bool loop = scheme_ == Scheme::loop;
   const std::size_t ring = detail::ring_size(scheme_, fan);
-  const Index* index = indices_.data() + leaf.begin;
+  const Index* around = indices_.data() + indices_[leaf.begin];
+  const Index* outer = indices_.data() + leaf.begin + 1;
   work.ring.resize(ring);
   work.next.resize(ring);
-  for (std::size_t i = 0; i < ring; ++i) work.ring[i] = points[index[i]];
+  for (std::size_t i = 0; i < ring; ++i) work.ring[i] = points[around[i]];
   // Relative to the limit point, which derivatives do not see and position converges to, digits last at any depth.
   T limit = detail::ring_limit(scheme_, fan, work.ring);
   if (extraordinary(place)) {
@@ -416,7 +418,7 @@ void PatchTable::evaluate_irregular(std::span<const T> points, const LeafPoint& 
   for (T& p : work.ring) p = p - limit;
   const auto load_outer = [&](const auto& places) {
     for (std::size_t i = 0; i < places.size(); ++i)
-      if (index[ring + i] != no_index) work.window[at(places[i].x, places[i].y)] = points[index[ring + i]] - limit;
+      if (outer[i] != no_index) work.window[at(places[i].x, places[i].y)] = points[outer[i]] - limit;
   };
   if (loop) {
     load_outer(detail::triangle_outer);

@@ -3,100 +3,141 @@
 #include <gpsrecon/gps/evaluate.h>
 #include <gpsrecon/gps/limit_surface.h>
 #include <gpsrecon/gps/refined_parameters.h>
+#include <gpsrecon/gps/refinement_levels.h>
 #include <gpsrecon/gps/subdivide.h>
 #include <gtest/gtest.h>
 
 #include <map>
+#include <sstream>
 
-#include "meshes.h"
+#include "polygon_shapes.h"
 
-// Refinement by Catmull and Clark's scheme. Its limit evaluated at arbitrary places is compared with OpenSubdiv in
-// evaluate_test.cpp.
+// Refinement by Catmull and Clark's scheme. It is compared with OpenSubdiv in opensubdiv_test.cpp, evaluated at
+// arbitrary places in opensubdiv_evaluate_test.cpp.
 
 namespace gpsrecon::test {
 namespace {
 
 constexpr EvaluateOptions catmull_clark{.scheme = Scheme::catmull_clark};
 
-Mesh polygons(std::vector<Vec3> positions, const std::vector<std::vector<Index>>& faces) {
-  Mesh mesh;
-  mesh.positions = std::move(positions);
-  for (const auto& f : faces) mesh.faces.add(f);
-  return mesh;
-}
-
-Mesh cube() {
-  return polygons({{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1}, {-1, -1, 1}, {1, -1, 1}, {1, 1, 1}, {-1, 1, 1}},
-                  {{0, 3, 2, 1}, {4, 5, 6, 7}, {0, 1, 5, 4}, {1, 2, 6, 5}, {2, 3, 7, 6}, {3, 0, 4, 7}});
-}
-
-/// A prism with a roof: pentagons at its ends, quadrilaterals, and triangles where one end is a fan.
-Mesh house() {
-  Mesh mesh = polygons({{0, 0, 0},
-                        {2, 0, 0},
-                        {2, 0, 1},
-                        {1, 0, 2},
-                        {0, 0, 1},
-                        {0, 3, 0},
-                        {2, 3, 0},
-                        {2, 3, 1},
-                        {1, 3, 2},
-                        {0, 3, 1},
-                        {1, 3.5, 0.8}},
-                       {{0, 1, 2, 3, 4},
-                        {1, 0, 5, 6},
-                        {2, 1, 6, 7},
-                        {3, 2, 7, 8},
-                        {4, 3, 8, 9},
-                        {0, 4, 9, 5},
-                        {6, 5, 10},
-                        {7, 6, 10},
-                        {8, 7, 10},
-                        {9, 8, 10},
-                        {5, 9, 10}});
-  return mesh;
-}
-
-/// nx by ny quadrilaterals, slightly bent.
-Mesh quad_grid(Index nx, Index ny) {
-  Mesh mesh;
-  for (Index i = 0; i <= nx; ++i)
-    for (Index j = 0; j <= ny; ++j) mesh.positions.emplace_back(i, j, 0.1 * i * i - 0.07 * i * j);
-  const auto at = [ny](Index i, Index j) { return i * (ny + 1) + j; };
-  for (Index i = 0; i < nx; ++i)
-    for (Index j = 0; j < ny; ++j)
-      mesh.faces.add(std::vector<Index>{at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)});
-  return mesh;
-}
-
-/// A closed fan of n triangles around a vertex, and one below.
-Mesh double_pyramid(Index n) {
-  Mesh mesh;
-  mesh.positions = {{0, 0, 1}, {0, 0, -1}};
-  for (Index i = 0; i < n; ++i) {
-    const double angle = 2 * std::numbers::pi * i / n;
-    mesh.positions.emplace_back(std::cos(angle), std::sin(angle), 0.1 * std::cos(3 * angle));
-  }
-  for (Index i = 0; i < n; ++i) {
-    const Index a = 2 + i, b = 2 + (i + 1) % n;
-    mesh.faces.add(0, a, b);
-    mesh.faces.add(1, b, a);
-  }
-  return mesh;
-}
-
-std::map<std::string, Mesh> shapes() {
-  return {{"cube", cube()},
-          {"house", house()},
-          {"grid", quad_grid(3, 2)},
-          {"one quad", quad_grid(1, 1)},
-          {"tetrahedron", tetrahedron()},
-          {"valence 5", double_pyramid(5)},
-          {"valence 64", double_pyramid(64)}};
-}
-
 Mesh refined(const CovMesh& mesh, int levels, bool limit = true, const RunContext& context = {}) {
   return subdivide(mesh, {.scheme = Scheme::catmull_clark, .levels = levels, .limit = limit}, context);
+}
+
+TEST(PolygonConnectivity, RefinesInClosedFormAsBySorting) {
+  for (const auto& [name, mesh] : polygon_shapes()) {
+    SCOPED_TRACE(name);
+    const PolygonConnectivity parent = polygon_connectivity(mesh.faces, mesh.positions.size());
+    const PolygonConnectivity middle = refine(parent), child = refine(middle);
+    const FaceList faces = refined_faces(middle);
+    EXPECT_EQ(child.corners, faces.corners);
+    EXPECT_TRUE(faces.all_of_size(4));
+    const PolygonConnectivity sorted = polygon_connectivity(faces, child.vertex_count);
+    EXPECT_EQ(child.opposite, sorted.opposite);
+    EXPECT_EQ(child.face_count, sorted.face_count);
+    ASSERT_EQ(child.edge_count(), sorted.edge_count());
+    for (Index h = 0; h < child.corners.size(); ++h) {
+      ASSERT_EQ(child.previous(child.next(h)), h);
+      ASSERT_EQ(child.face(child.next(h)), child.face(h));
+      const Index o = child.opposite[h];
+      ASSERT_TRUE(child.edge_start[child.edge[h]] == h || child.edge_start[child.edge[h]] == o);
+      if (o != no_index) {
+        ASSERT_EQ(child.edge[h], child.edge[o]);
+        ASSERT_EQ(child.target(h), child.source(o));
+      }
+    }
+    for (Index v = 0; v < child.vertex_count; ++v) {
+      ASSERT_EQ(child.unused(v), sorted.unused(v));
+      if (child.unused(v)) continue;
+      ASSERT_EQ(child.source(child.vertex_start[v]), v);
+      ASSERT_EQ(child.on_boundary(v), sorted.on_boundary(v));
+      Index around = 0;
+      child.for_each_leaving(v, [&](Index h) { around += child.source(h) == v ? 1 : 0; });
+      ASSERT_EQ(around, child.face_count[v]);
+    }
+  }
+}
+
+/// The rows of a table, columns and weights in one text each.
+template <class Rows>
+std::vector<std::string> texts(const Rows& rows) {
+  std::vector<std::string> result;
+  const LimitTable table = tabulate(rows);
+  for (std::size_t r = 0; r < table.rows(); ++r) {
+    std::ostringstream text;
+    const auto [indices, weights] = table.row(r);
+    for (std::size_t j = 0; j < indices.size(); ++j)
+      text << indices[j] << ' ' << weights[j].position << ' ' << weights[j].u << ' ' << weights[j].v << '\n';
+    result.push_back(text.str());
+  }
+  return result;
+}
+
+/// The limits at the vertices of a refinement without making it, against those at the vertices of the one made.
+TEST(LimitRows, OfARefinementAreThoseOfItsConnectivity) {
+  for (const CornerRule corners : {CornerRule::smooth, CornerRule::sharp}) {
+    const EvaluateOptions rules{.corners = corners};
+    for (const auto& [name, mesh] : polygon_shapes()) {
+      SCOPED_TRACE(name);
+      const PolygonConnectivity parent = polygon_connectivity(mesh.faces, mesh.positions.size());
+      EXPECT_EQ(texts(CatmullClarkScheme::limit(parent, rules, true)),
+                texts(CatmullClarkScheme::limit(refine(parent), rules, false)));
+    }
+    for (const Mesh& mesh : {tetrahedron(), grid(5, 4), fan(8, false, 4), fan(12, true, 3), irregular_sphere(3)}) {
+      const TriangleConnectivity parent = triangle_connectivity(mesh.faces, mesh.positions.size());
+      EXPECT_EQ(texts(LoopScheme::limit(parent, rules, true)), texts(LoopScheme::limit(refine(parent), rules, false)));
+    }
+  }
+}
+
+/// Refined without tables and with them, the surface is the same to the last bit.
+TEST(LimitSurface, IsWhatSubdivideGives) {
+  for (const Scheme scheme : {Scheme::loop, Scheme::catmull_clark})
+    for (const int levels : {0, 1, 3}) {
+      const Mesh mesh = scheme == Scheme::loop ? with_holes(irregular_sphere(4), 11) : shaken(quad_grid(4, 3), 9);
+      const CovMesh control = with_random_covariances(mesh, 3);
+      const Mesh refined = subdivide(control, {.scheme = scheme, .levels = levels});
+      const LimitSurface surface(mesh.faces, mesh.positions.size(), levels, {.scheme = scheme});
+      const SurfaceSamples samples = surface.evaluate(control.vertices);
+      EXPECT_EQ(samples.positions, refined.positions);
+      EXPECT_EQ(samples.normals, refined.normals);
+      EXPECT_EQ(samples.sigma, refined.sigma);
+      EXPECT_EQ(surface.faces(), refined.faces);
+    }
+}
+
+/// The entries of a step grow with the corners, not with their square.
+TEST(CatmullClark, PolygonsOfAnySizeTakeLinearRoom) {
+  const Index n = 20000;
+  const Mesh mesh = polygon_pillow(n);
+  const PolygonConnectivity topology = polygon_connectivity(mesh.faces, n);
+  const auto step = tabulate(CatmullClarkScheme::step(topology, catmull_clark));
+  EXPECT_EQ(step.faces.indices.size(), 2 * n);
+  EXPECT_EQ(step.points.indices.size(), 5 * n + 4 * n + 2);
+  const Mesh fine = refined(with_equal_covariances(mesh, Sym3::identity(0.1)), 1);
+  ASSERT_EQ(fine.positions.size(), 2 * n + 2);
+  for (const Vec3& p : fine.positions) ASSERT_LT(p.norm(), 1.1);
+  const SurfaceEvaluator evaluator(with_equal_covariances(mesh, Sym3::identity(0.1)), catmull_clark);
+  EXPECT_LT((evaluator.evaluate({0, 1, 1}).position - fine.positions[2 * n]).norm(), 1e-12);
+}
+
+/// At an interior vertex of two faces the limit is where deep refinement goes. (OpenSubdiv 3.5 gives another point.)
+TEST(CatmullClark, InteriorVerticesOfTwoFacesConverge) {
+  const Mesh mesh = interior_valence_two();
+  for (const CovMesh& control : {with_equal_covariances(mesh, Sym3::identity(0.1)), with_random_covariances(mesh, 4)}) {
+    const Vec3 limit = refined(control, 1).positions[4];
+    double before = 0;
+    for (const int levels : {2, 4, 6}) {
+      EXPECT_LT((refined(control, levels).positions[4] - limit).norm(), 1e-13);
+      const double distance = (refined(control, levels, false).positions[4] - limit).norm();
+      if (levels > 2) {
+        EXPECT_LT(distance, 0.3 * before);
+      }
+      before = distance;
+    }
+    const SurfaceEvaluator evaluator(control, catmull_clark);
+    EXPECT_LT((evaluator.evaluate({0, 0, 1}).position - limit).norm(), 1e-12);
+  }
 }
 
 TEST(CatmullClark, OneStepOnACubeIsTheTextbooks) {
@@ -119,7 +160,7 @@ TEST(CatmullClark, OneStepOnACubeIsTheTextbooks) {
 }
 
 TEST(CatmullClark, EveryShapeKeepsItsTopologyInQuadrilaterals) {
-  for (const auto& [name, mesh] : shapes()) {
+  for (const auto& [name, mesh] : polygon_shapes()) {
     SCOPED_TRACE(name);
     const Topology before = topology(mesh.faces, mesh.positions.size());
     for (const int levels : {1, 2, 3}) {
@@ -137,7 +178,7 @@ TEST(CatmullClark, EveryShapeKeepsItsTopologyInQuadrilaterals) {
 }
 
 TEST(CatmullClark, WeightsAreNotNegativeAndSumToOne) {
-  for (const auto& [name, mesh] : shapes()) {
+  for (const auto& [name, mesh] : polygon_shapes()) {
     SCOPED_TRACE(name);
     const std::size_t n = mesh.positions.size();
     const LimitSurface surface(mesh.faces, n, 2, catmull_clark);
@@ -158,7 +199,7 @@ TEST(CatmullClark, WeightsAreNotNegativeAndSumToOne) {
 /// The masks at the refined vertices against the evaluation there, which goes another way.
 TEST(CatmullClark, SamplesAreTheSurfaceAtTheirParameters) {
   for (const CornerRule corners : {CornerRule::smooth, CornerRule::sharp})
-    for (const auto& [name, mesh] : shapes()) {
+    for (const auto& [name, mesh] : polygon_shapes()) {
       SCOPED_TRACE(name);
       const CovMesh control = with_random_covariances(mesh, 6);
       EvaluateOptions rules = catmull_clark;
@@ -170,6 +211,7 @@ TEST(CatmullClark, SamplesAreTheSurfaceAtTheirParameters) {
         const auto places =
             refined_parameters(mesh.faces, surface.faces(), surface.sample_count(), levels, Scheme::catmull_clark);
         for (std::size_t s = 0; s < places.size(); ++s) {
+          if (places[s].patch == no_index) continue;  // no face uses it
           const SurfacePoint p = evaluator.evaluate(places[s]);
           EXPECT_LT((samples.positions[s] - p.position).norm(), 1e-12);
           if (p.normal.isZero(0)) continue;

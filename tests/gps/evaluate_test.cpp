@@ -11,7 +11,7 @@
 
 #include <limits>
 
-#include "gps/meshes.h"
+#include "gps/polygon_shapes.h"
 
 namespace gpsrecon {
 namespace {
@@ -28,70 +28,9 @@ void PrintTo(const Shape& shape, std::ostream* out) {
   *out << shape.name;
 }
 
-Mesh shaken(Mesh mesh, std::uint64_t seed, double size = 0.2) {
-  RandomSequence random(seed);
-  for (Vec3& p : mesh.positions) p += size * random.vector();
-  return mesh;
-}
-
-Mesh with_isolated_vertex(Mesh mesh) {
-  mesh.positions.insert(mesh.positions.begin(), Vec3(7, 8, 9));
-  for (Index& v : mesh.faces.corners) ++v;
-  return mesh;
-}
-
 /// Two triangles back to back: vertices of valence two.
 Mesh pillow() {
   return make_mesh({{0, 0, 0}, {1, 0, 0.1}, {0, 1, 0.2}}, {{0, 1, 2}, {0, 2, 1}});
-}
-
-Mesh polygons(std::vector<Vec3> positions, const std::vector<std::vector<Index>>& faces) {
-  Mesh mesh;
-  mesh.positions = std::move(positions);
-  for (const auto& face : faces) mesh.faces.add(face);
-  return mesh;
-}
-
-Mesh cube() {
-  std::vector<Vec3> corners;
-  for (int i = 0; i < 8; ++i) corners.emplace_back(i & 1, i >> 1 & 1, i >> 2 & 1);
-  return polygons(std::move(corners),
-                  {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}});
-}
-
-Mesh quad_grid(Index nx, Index ny) {
-  Mesh mesh;
-  for (Index y = 0; y <= ny; ++y)
-    for (Index x = 0; x <= nx; ++x) mesh.positions.emplace_back(x, y, 0);
-  for (Index y = 0; y < ny; ++y)
-    for (Index x = 0; x < nx; ++x) {
-      const Index a = y * (nx + 1) + x;
-      mesh.faces.add(std::array{a, a + 1, a + nx + 2, a + nx + 1});
-    }
-  return mesh;
-}
-
-/// A vertex (0) among n quadrilaterals.
-Mesh quad_fan(Index n, bool closed, std::uint64_t seed) {
-  RandomSequence random(seed);
-  Mesh mesh;
-  mesh.positions.push_back(0.1 * random.vector());
-  const Index spokes = closed ? n : n + 1, ring = closed ? 2 * n : 2 * n + 1;
-  const double step = (closed ? 2 : 1) * std::numbers::pi / n;
-  for (Index j = 0; j < ring; ++j) {
-    const double radius = j % 2 == 0 ? 1 : 1.4, angle = 0.5 * step * j;
-    mesh.positions.push_back(radius * Vec3(std::cos(angle), std::sin(angle), 0) + 0.1 / n * random.vector());
-  }
-  for (Index j = 0; j < n; ++j) mesh.faces.add(std::array{Index{0}, 1 + 2 * j, 2 + 2 * j, 1 + 2 * ((j + 1) % spokes)});
-  return mesh;
-}
-
-/// A triangle, a quadrilateral, a pentagon and another quadrilateral that share vertices and leave a boundary.
-Mesh mixed_polygons() {
-  return shaken(
-      polygons({{0, 0, 0}, {2, 0, 0}, {3, 1, 0}, {2, 2, 0}, {0, 2, 0}, {-1, 1, 0}, {3, -1, 0}, {2, 3, 0}, {0, 3, 0}},
-               {{0, 1, 3, 4}, {1, 2, 3}, {0, 4, 5}, {0, 6, 2, 1}, {4, 3, 2, 7, 8}}),
-      3, 0.1);
 }
 
 std::vector<Shape> all_shapes() {

@@ -5,44 +5,18 @@
 #include <gtest/gtest.h>
 
 #include <opensubdiv/far/stencilTableFactory.h>
-#include <opensubdiv/far/topologyDescriptor.h>
 
 #include <memory>
 
 #include "meshes.h"
+#include "opensubdiv.h"
 #include "support/data_files.h"
 
 namespace gpsrecon::test {
 namespace {
 
-namespace Far = OpenSubdiv::Far;
-namespace Sdc = OpenSubdiv::Sdc;
-
-struct Value {
-  Vec3 p = Vec3::Zero();
-  void Clear() { p.setZero(); }
-  void AddWithWeight(const Value& other, double weight) { p += weight * other.p; }
-};
-
 /// Irregular vertices are isolated to this depth; farther from them OpenSubdiv is exact.
 constexpr int isolation = 10;
-
-std::unique_ptr<Far::TopologyRefiner> refiner_of(const Mesh& mesh, const EvaluateOptions& options) {
-  Sdc::Options rules;
-  rules.SetVtxBoundaryInterpolation(options.corners == CornerRule::smooth ? Sdc::Options::VTX_BOUNDARY_EDGE_ONLY
-                                                                          : Sdc::Options::VTX_BOUNDARY_EDGE_AND_CORNER);
-  std::vector<int> sizes;
-  for (std::size_t f = 0; f < mesh.faces.size(); ++f) sizes.push_back(static_cast<int>(mesh.faces[f].size()));
-  const std::vector<int> indices(mesh.faces.corners.begin(), mesh.faces.corners.end());
-  Far::TopologyDescriptor description;
-  description.numVertices = static_cast<int>(mesh.positions.size());
-  description.numFaces = static_cast<int>(mesh.faces.size());
-  description.numVertsPerFace = sizes.data();
-  description.vertIndicesPerFace = indices.data();
-  using Factory = Far::TopologyRefinerFactory<Far::TopologyDescriptor>;
-  const auto scheme = options.scheme == Scheme::loop ? Sdc::SCHEME_LOOP : Sdc::SCHEME_CATMARK;
-  return std::unique_ptr<Far::TopologyRefiner>(Factory::Create(description, Factory::Options(scheme, rules)));
-}
 
 /// Largest differences of positions, first and second derivatives, relative to the largest of their kind.
 void expect_agreement(const Mesh& mesh, const EvaluateOptions& options, std::size_t patches = 1000) {
@@ -68,7 +42,7 @@ void expect_agreement(const Mesh& mesh, const EvaluateOptions& options, std::siz
     locations.push_back(at);
     for (std::size_t i = 0; i < s.size(); ++i) places.push_back({static_cast<Index>(patch), s[i], t[i]});
   }
-  const std::unique_ptr<Far::TopologyRefiner> refiner = refiner_of(mesh, options);
+  const std::unique_ptr<Far::TopologyRefiner> refiner = osd_refiner(mesh, options);
   Far::TopologyRefiner::AdaptiveOptions adaptive(isolation);
   adaptive.useInfSharpPatch = true;
   refiner->RefineAdaptive(adaptive);
@@ -78,10 +52,9 @@ void expect_agreement(const Mesh& mesh, const EvaluateOptions& options, std::siz
       Factory::Create(*refiner, locations, nullptr, nullptr, stencils));
   ASSERT_EQ(static_cast<std::size_t>(table->GetNumStencils()), places.size());
 
-  std::vector<Value> control(mesh.positions.size());
-  for (std::size_t v = 0; v < control.size(); ++v) control[v].p = mesh.positions[v];
+  const std::vector<OsdPoint> control = osd_points(mesh);
   const std::size_t n = places.size();
-  std::vector<Value> p(n), u(n), v(n), uu(n), uv(n), vv(n);
+  std::vector<OsdPoint> p(n), u(n), v(n), uu(n), uv(n), vv(n);
   table->UpdateValues(control, p);
   table->UpdateDerivs(control, u, v);
   table->Update2ndDerivs(control, uu, uv, vv);
@@ -101,10 +74,10 @@ void expect_agreement(const Mesh& mesh, const EvaluateOptions& options, std::siz
       if (points[i].uu.dot(uu[i].p) + points[i].uv.dot(uv[i].p) + points[i].vv.dot(vv[i].p) < 0) factors[i] = -1;
   }
   for (std::size_t i = 0; i < n; ++i)
-    for (Value* second : {&uu[i], &uv[i], &vv[i]}) second->p *= factors[i];
+    for (OsdPoint* second : {&uu[i], &uv[i], &vv[i]}) second->p *= factors[i];
   for (std::size_t i = 0; i < n; ++i)
-    for (Value* first : {&u[i], &v[i]}) first->p *= std::sqrt(std::abs(factors[i]));
-  const auto compare = [&](const std::vector<Value>& theirs, Vec3 SurfacePoint::*part, const char* what) {
+    for (OsdPoint* first : {&u[i], &v[i]}) first->p *= std::sqrt(std::abs(factors[i]));
+  const auto compare = [&](const std::vector<OsdPoint>& theirs, Vec3 SurfacePoint::*part, const char* what) {
     double size = 0, worst = 0;
     for (std::size_t i = 0; i < n; ++i) {
       size = std::max(size, theirs[i].p.norm());

@@ -1,98 +1,101 @@
-// OpenSubdiv as a second implementation of Loop refinement, limit positions and tangent planes.
+// OpenSubdiv as a second implementation of refinement, limit positions and tangent planes.
 
+#include <gpsrecon/core/neighbors.h>
 #include <gpsrecon/gps/limit_surface.h>
 #include <gtest/gtest.h>
 
 #include <opensubdiv/far/primvarRefiner.h>
-#include <opensubdiv/far/topologyDescriptor.h>
 
-#include <memory>
-
-#include "meshes.h"
+#include "opensubdiv.h"
+#include "polygon_shapes.h"
 
 namespace gpsrecon::test {
 namespace {
 
-namespace Far = OpenSubdiv::Far;
-namespace Sdc = OpenSubdiv::Sdc;
+constexpr int levels = 2;
 
-/// A point with the interface OpenSubdiv asks of vertex values.
-struct Value {
-  Vec3 p = Vec3::Zero();
-  void Clear() { p.setZero(); }
-  void AddWithWeight(const Value& other, double weight) { p += weight * other.p; }
+/// The vertices of a level by OpenSubdiv.
+struct Level {
+  std::vector<Vec3> refined, limit, normals;
+  std::vector<bool> comparable;  ///< whether its tangents are those of the rules it refines with
 };
 
-struct LimitPoints {
-  std::vector<Vec3> positions, normals;
-};
-
-/// Limit points at the control vertices.
-LimitPoints opensubdiv_limit(const Mesh& mesh, CornerRule corners) {
-  Sdc::Options options;
-  options.SetVtxBoundaryInterpolation(corners == CornerRule::smooth ? Sdc::Options::VTX_BOUNDARY_EDGE_ONLY
-                                                                    : Sdc::Options::VTX_BOUNDARY_EDGE_AND_CORNER);
-  const std::vector<int> sizes(mesh.faces.size(), 3);
-  const std::vector<int> indices(mesh.faces.corners.begin(), mesh.faces.corners.end());
-  Far::TopologyDescriptor description;
-  description.numVertices = static_cast<int>(mesh.positions.size());
-  description.numFaces = static_cast<int>(mesh.faces.size());
-  description.numVertsPerFace = sizes.data();
-  description.vertIndicesPerFace = indices.data();
-  using Factory = Far::TopologyRefinerFactory<Far::TopologyDescriptor>;
-  const std::unique_ptr<Far::TopologyRefiner> refiner(
-      Factory::Create(description, Factory::Options(Sdc::SCHEME_LOOP, options)));
-  Far::TopologyRefiner::UniformOptions uniform(1);
+Level opensubdiv_level(const Mesh& mesh, const EvaluateOptions& options) {
+  const std::unique_ptr<Far::TopologyRefiner> refiner = osd_refiner(mesh, options);
+  Far::TopologyRefiner::UniformOptions uniform(levels);
   uniform.fullTopologyInLastLevel = true;
   refiner->RefineUniform(uniform);
-
-  std::vector<Value> control(mesh.positions.size());
-  for (std::size_t v = 0; v < control.size(); ++v) control[v].p = mesh.positions[v];
-  const auto fine_count = static_cast<std::size_t>(refiner->GetLevel(1).GetNumVertices());
-  std::vector<Value> fine(fine_count), limit(fine_count), u(fine_count), v(fine_count);
   const Far::PrimvarRefinerReal<double> values(*refiner);
-  values.Interpolate(1, control, fine);
-  values.Limit(fine, limit, u, v);
-
-  LimitPoints points;
-  for (int i = 0; i < description.numVertices; ++i) {
-    const auto child = static_cast<std::size_t>(refiner->GetLevel(0).GetVertexChildVertex(i));
-    points.positions.push_back(limit[child].p);
-    points.normals.push_back(u[child].p.cross(v[child].p).normalized());
+  std::vector<OsdPoint> points = osd_points(mesh);
+  for (int level = 1; level <= levels; ++level) {
+    std::vector<OsdPoint> fine(static_cast<std::size_t>(refiner->GetLevel(level).GetNumVertices()));
+    values.Interpolate(level, points, fine);
+    points.swap(fine);
   }
-  return points;
+  std::vector<OsdPoint> limit(points.size()), u(points.size()), v(points.size());
+  values.Limit(points, limit, u, v);
+  Level level;
+  const Far::TopologyLevel& last = refiner->GetLevel(levels);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    level.refined.push_back(points[i].p);
+    level.limit.push_back(limit[i].p);
+    level.normals.push_back(u[i].p.cross(v[i].p).normalized());
+    // On the boundary it takes the tangents of rules that depend on the number of faces; those are not the rules it
+    // refines with unless that number is at most that of a regular vertex.
+    const auto at = static_cast<Far::Index>(i);
+    const int regular = options.scheme == Scheme::loop ? 3 : 2;
+    const int faces = last.GetVertexFaces(at).size();
+    level.comparable.push_back(faces > 0 && (!last.IsVertexBoundary(at) || faces <= regular));
+  }
+  return level;
 }
 
-void expect_agreement(const Mesh& mesh, CornerRule corners) {
+/// Vertices are numbered differently: those of one are matched with the nearest of the other, one to one.
+void expect_agreement(const Mesh& mesh, const EvaluateOptions& options) {
   const CovMesh control = with_equal_covariances(mesh, RandomSequence(5).covariance(0.1, 1));
-  const Mesh ours = subdivide(control, {.levels = 1, .corners = corners});
-  const LimitPoints theirs = opensubdiv_limit(mesh, corners);
-  const TriangleConnectivity topology = triangle_connectivity(mesh.faces, mesh.positions.size());
-  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
-    SCOPED_TRACE(testing::Message() << "vertex " << v << " of " << topology.face_count[v] << " faces, "
-                                    << (topology.on_boundary(static_cast<Index>(v)) ? "boundary" : "interior"));
-    EXPECT_LT((ours.positions[v] - theirs.positions[v]).norm(), 1e-12);
-    // On the boundary OpenSubdiv takes the tangents of rules that depend on the number of faces; those are not the
-    // rules it refines with unless that number is at most three.
-    if (topology.face_count[v] <= 3 || !topology.on_boundary(static_cast<Index>(v))) {
-      EXPECT_LT((ours.normals[v] - theirs.normals[v]).norm(), 1e-10);
-    }
+  SubdivideOptions refine{.scheme = options.scheme, .levels = levels, .limit = false, .corners = options.corners};
+  const Mesh refined = subdivide(control, refine);
+  refine.limit = true;
+  const Mesh limit = subdivide(control, refine);
+  const Level theirs = opensubdiv_level(mesh, options);
+  ASSERT_EQ(refined.positions.size(), theirs.refined.size());
+  const Neighbors index(theirs.refined);
+  std::vector<bool> hit(theirs.refined.size(), false);
+  std::vector<Neighbor> nearest;
+  std::size_t compared = 0;
+  for (std::size_t v = 0; v < refined.positions.size(); ++v) {
+    index.nearest(refined.positions[v], 1, nearest);
+    const std::size_t other = nearest[0].index;
+    ASSERT_LT(nearest[0].distance, 1e-13) << "vertex " << v;
+    EXPECT_FALSE(hit[other]) << "vertex " << v;
+    hit[other] = true;
+    EXPECT_LT((limit.positions[v] - theirs.limit[other]).norm(), 1e-13) << "vertex " << v;
+    if (!theirs.comparable[other]) continue;
+    ++compared;
+    EXPECT_LT((limit.normals[v] - theirs.normals[other]).norm(), 1e-10) << "vertex " << v;
   }
+  EXPECT_GT(compared, refined.positions.size() / 2);
 }
 
-TEST(OpenSubdiv, AgreesOnClosedMeshes) {
-  expect_agreement(tetrahedron(), CornerRule::smooth);
-  expect_agreement(octahedron(), CornerRule::smooth);
-  expect_agreement(torus(9, 6), CornerRule::smooth);
-  for (const std::uint64_t seed : {1, 2, 3}) expect_agreement(irregular_sphere(seed), CornerRule::smooth);
+TEST(OpenSubdivLoop, AgreesOnClosedMeshes) {
+  for (const Mesh& mesh : {tetrahedron(), octahedron(), torus(9, 6)}) expect_agreement(mesh, {});
+  for (const std::uint64_t seed : {1, 2, 3}) expect_agreement(irregular_sphere(seed), {});
 }
 
-TEST(OpenSubdiv, AgreesOnBoundaries) {
+TEST(OpenSubdivLoop, AgreesOnBoundaries) {
   Mesh patch = grid(5, 4);
   RandomSequence random(6);
   for (Vec3& p : patch.positions) p += 0.3 * random.vector();
-  expect_agreement(patch, CornerRule::smooth);
-  expect_agreement(patch, CornerRule::sharp);
+  for (const CornerRule corners : {CornerRule::smooth, CornerRule::sharp})
+    expect_agreement(patch, {.corners = corners});
+}
+
+TEST(OpenSubdivCatmullClark, AgreesOnEveryShape) {
+  for (const CornerRule corners : {CornerRule::smooth, CornerRule::sharp})
+    for (const auto& [name, mesh] : polygon_shapes()) {
+      SCOPED_TRACE(name);
+      expect_agreement(mesh, {.scheme = Scheme::catmull_clark, .corners = corners});
+    }
 }
 
 }  // namespace
