@@ -7,6 +7,7 @@
 #include "commands.h"
 #include "inputs.h"
 #include "outputs.h"
+#include "repair.h"
 
 namespace gpsrecon::cli {
 namespace {
@@ -193,11 +194,13 @@ Mesh control_mesh(const CovMesh& covmesh) {
 ExitCode run_covmesh(Arguments& arguments) {
   std::string in, out;
   Script script;
+  bool repair = false;
   PlyEncoding encoding = PlyEncoding::binary;
   arguments.positional("COVMESH", in, "covariance mesh (ply; - is standard input)");
   arguments.positional(
       "OUT", out, "covariance mesh (ply; - is standard output), or its means and faces alone (obj, off, stl, glb)");
   script.bind(arguments);
+  bind_repair(arguments, repair);
   bind_encoding(arguments, encoding);
   const GlobalOptions globals = arguments.parse();
   const std::vector<EditStep>& steps = script.steps();
@@ -207,7 +210,7 @@ ExitCode run_covmesh(Arguments& arguments) {
   const Console console(globals);
 
   const RunContext context = console.context();
-  const Edit edited = edit(load_covmesh(in), steps, context);
+  const Edit edited = edit(load_covmesh(in, repair, console), steps, context);
   script.tell(edited.steps, console);
 
   if (mesh_only) {

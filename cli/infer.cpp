@@ -1,4 +1,3 @@
-#include <gpsrecon/core/repair_topology.h>
 #include <gpsrecon/gps/infer.h>
 #include <gpsrecon/io/io.h>
 
@@ -6,6 +5,7 @@
 #include "commands.h"
 #include "inputs.h"
 #include "outputs.h"
+#include "repair.h"
 
 namespace gpsrecon::cli {
 namespace {
@@ -20,28 +20,6 @@ void tell(const Inference& inferred, const std::string& in, const Console& conso
   if (inferred.vertices_without_neighborhood > 0)
     console.warn(in + ": " + std::to_string(inferred.vertices_without_neighborhood) +
                  " vertices are in no face with an area; they were given what their neighbours have");
-}
-
-Mesh repaired(const Mesh& mesh, const std::string& in, const Console& console) {
-  TopologyRepair repair = repair_topology(mesh.faces, mesh.positions.size());
-  if (!repair.changed()) return mesh;
-  console.warn(in + ": repaired: " + std::to_string(repair.cut_edges) + " edges of more than two faces cut, " +
-               std::to_string(repair.torn_edges) + " edges torn where there is one side only, " +
-               std::to_string(repair.turned_faces) + " faces turned, " + std::to_string(repair.copies) +
-               " vertices copied, " + std::to_string(repair.dropped_faces) + " faces dropped");
-  // Colours and scalars travel with the vertices.
-  PointCloud vertices;
-  vertices.positions = mesh.positions;
-  vertices.colors = mesh.colors;
-  vertices.scalars = mesh.scalars;
-  vertices = select(vertices, repair.origin);
-  Mesh result;
-  result.positions = std::move(vertices.positions);
-  result.colors = std::move(vertices.colors);
-  result.scalars = std::move(vertices.scalars);
-  result.frame = mesh.frame;
-  result.faces = std::move(repair.faces);
-  return result;
 }
 
 }  // namespace
@@ -69,10 +47,7 @@ ExitCode run_infer(Arguments& arguments) {
                    "standard deviation added in all directions, in the unit of the coordinates, instead of --bias; "
                    "0 = as --bias says",
                    "> 0 or 0");
-  arguments.flag(
-      "--repair", repair,
-      "make the faces manifold first: part what meets in an edge of more than two faces or only in a vertex, "
-      "turn faces that disagree with their neighbours");
+  bind_repair(arguments, repair);
   bind_encoding(arguments, encoding);
   const GlobalOptions globals = arguments.parse();
   if (bias_given && options.sigma0 != 0) throw OptionError("--bias and --sigma0 exclude each other");

@@ -5,6 +5,7 @@
 #include <cctype>
 #include <filesystem>
 #include "cancellation.h"
+#include "repair.h"
 
 namespace gpsrecon::cli {
 namespace {
@@ -12,13 +13,13 @@ namespace {
 template <class Data, class Read>
 Data load_valid(const std::string& path, const Read& read) {
   const EndAtOnceOnSignal nothing_written_yet;
-  Data data = read(path);
   try {
+    Data data = read(path);
     validate(data);
+    return data;
   } catch (const InvariantError& error) {
     throw InputError(path + ": " + error.what());
   }
-  return data;
 }
 
 }  // namespace
@@ -56,7 +57,12 @@ Mixture load_mixture(const std::string& path) {
   return load_valid<Mixture>(path, read_mixture);
 }
 CovMesh load_covmesh(const std::string& path) {
-  return load_valid<CovMesh>(path, read_covmesh);
+  return load_valid<CovMesh>(path, [](const std::string& file) { return read_covmesh(file); });
+}
+CovMesh load_covmesh(const std::string& path, bool repair, const Console& console) {
+  if (!repair) return load_covmesh(path);
+  return load_valid<CovMesh>(
+      path, [&](const std::string& file) { return repaired(read_covmesh(file, false), file, console); });
 }
 void require_faces_for(Scheme scheme, const CovMesh& mesh, const std::string& path) {
   if (scheme != Scheme::loop) return;

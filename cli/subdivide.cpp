@@ -4,6 +4,7 @@
 #include "commands.h"
 #include "inputs.h"
 #include "outputs.h"
+#include "repair.h"
 
 namespace gpsrecon::cli {
 
@@ -11,10 +12,12 @@ ExitCode run_subdivide(Arguments& arguments) {
   std::string in, out, points_file;
   AttributeOptions attributes;
   ReconstructOptions options;
+  bool repair = false;
   PlyEncoding encoding = PlyEncoding::binary;
   arguments.positional("COVMESH", in, "covariance mesh (ply; - is standard input)");
   arguments.positional("OUT", out, "mesh (ply, obj, off, stl, glb; - is standard output)");
   bind_subdivide(arguments, options);
+  bind_repair(arguments, repair);
   bind_scale(arguments, options.scale);
   arguments.option("--points", "FILE", points_file,
                    "the points it was made from (ply, xyz, pcd), to take colours and scalars from instead of from the "
@@ -31,7 +34,7 @@ ExitCode run_subdivide(Arguments& arguments) {
   outputs.plan(out, true);
   const Console console(globals);
 
-  const CovMesh covmesh = load_covmesh(in);
+  const CovMesh covmesh = load_covmesh(in, repair, console);
   require_faces_for(options.subdivide.scheme, covmesh, in);
   const RunContext context = console.context();
   ErrorReport report;

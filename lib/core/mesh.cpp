@@ -7,17 +7,18 @@ namespace gpsrecon {
 namespace {
 
 void validate_faces(const FaceList& faces, std::size_t vertex_count) {
+  std::vector<Index> sorted;
   for (std::size_t f = 0; f < faces.size(); ++f) {
     const auto face = faces[f];
     if (face.size() < 3) throw InvariantError("mesh: face " + std::to_string(f) + " has fewer than three corners");
-    for (std::size_t k = 0; k < face.size(); ++k) {
-      if (face[k] >= vertex_count)
-        throw InvariantError("mesh: face " + std::to_string(f) + " refers to vertex " + std::to_string(face[k]) +
-                             " of " + std::to_string(vertex_count));
-      if (std::find(face.begin(), face.begin() + static_cast<std::ptrdiff_t>(k), face[k]) !=
-          face.begin() + static_cast<std::ptrdiff_t>(k))
-        throw InvariantError("mesh: face " + std::to_string(f) + " repeats vertex " + std::to_string(face[k]));
-    }
+    for (const Index v : face)
+      if (v >= vertex_count)
+        throw InvariantError("mesh: face " + std::to_string(f) + " refers to vertex " + std::to_string(v) + " of " +
+                             std::to_string(vertex_count));
+    sorted.assign(face.begin(), face.end());
+    std::sort(sorted.begin(), sorted.end());
+    if (const auto twice = std::adjacent_find(sorted.begin(), sorted.end()); twice != sorted.end())
+      throw InvariantError("mesh: face " + std::to_string(f) + " repeats vertex " + std::to_string(*twice));
   }
 }
 
@@ -42,17 +43,9 @@ void validate(const Mesh& mesh) {
 void validate(const CovMesh& mesh) {
   validate(mesh.vertices);
   validate_faces(mesh.faces, mesh.vertices.size());
-  const Topology t = topology(mesh.faces, mesh.vertices.size());
-  if (!t.manifold()) {
-    const std::vector<Index> fans =
-        vertex_fans(mesh.faces, half_edges(mesh.faces, mesh.vertices.size()), mesh.vertices.size());
-    const auto first = std::find_if(fans.begin(), fans.end(), [](Index count) { return count > 1; });
-    throw InvariantError(
-        "covariance mesh: " + std::to_string(t.nonmanifold_edges) + " non-manifold edges, " +
-        std::to_string(t.nonmanifold_vertices) + " non-manifold vertices, " + std::to_string(t.inconsistent_edges) +
-        " inconsistently oriented edges" +
-        (first == fans.end() ? "" : "; the first such vertex is " + std::to_string(first - fans.begin())));
-  }
+  const HalfEdges edges = half_edges(mesh.faces, mesh.vertices.size());
+  const std::string faults = manifold_faults(mesh.faces, edges, mesh.vertices.size());
+  if (!faults.empty()) throw InvariantError("covariance mesh: " + faults);
 }
 
 }  // namespace gpsrecon

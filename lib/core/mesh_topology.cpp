@@ -54,10 +54,10 @@ HalfEdges half_edges(const FaceList& faces, std::size_t vertex_count) {
       while (group_end != end && larger(*group_end) == larger(*group)) ++group_end;
       ++result.edges;
       if (group_end - group > 2) {
-        ++result.nonmanifold_edges;
+        if (result.nonmanifold_edges++ == 0) result.first_nonmanifold = *group;
       } else if (group_end - group == 2) {
         if (from(group[0]) == from(group[1])) {
-          ++result.inconsistent_edges;
+          if (result.inconsistent_edges++ == 0) result.first_inconsistent = *group;
         } else {
           result.opposite[group[0]] = group[1];
           result.opposite[group[1]] = group[0];
@@ -110,6 +110,27 @@ std::vector<Index> vertex_fans(const FaceList& faces, const HalfEdges& he, std::
   for (Index h = 0; h < faces.corners.size(); ++h)
     if (sets.find(h) == h) ++fans[faces.corners[h]];
   return fans;
+}
+
+std::string manifold_faults(const FaceList& faces, const HalfEdges& he, std::size_t vertex_count) {
+  const std::vector<Index> fans = vertex_fans(faces, he, vertex_count);
+  const auto touching = [](Index count) { return count > 1; };
+  const auto vertices = std::count_if(fans.begin(), fans.end(), touching);
+  if (he.nonmanifold_edges == 0 && he.inconsistent_edges == 0 && vertices == 0) return {};
+  std::string text;
+  const auto add = [&text](std::size_t count, const std::string& what, const std::string& first) {
+    if (count > 0) text += (text.empty() ? "" : ", ") + std::to_string(count) + " " + what + " (first: " + first + ")";
+  };
+  const auto edge = [&](Index h) {
+    return h == no_index ? ""
+                         : std::to_string(faces.corners[h]) + "-" + std::to_string(faces.corners[he.next[h]]) +
+                               " of face " + std::to_string(he.face[h]);
+  };
+  add(he.nonmanifold_edges, "edges of more than two faces", edge(he.first_nonmanifold));
+  add(static_cast<std::size_t>(vertices), "vertices where faces only touch",
+      std::to_string(std::find_if(fans.begin(), fans.end(), touching) - fans.begin()));
+  add(he.inconsistent_edges, "edges whose faces face opposite sides", edge(he.first_inconsistent));
+  return text;
 }
 
 Topology topology(const FaceList& faces, std::size_t vertex_count) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <gpsrecon/core/mesh.h>
+#include <string>
 #include <vector>
 
 namespace gpsrecon {
@@ -15,6 +16,8 @@ struct HalfEdges {
   std::size_t edges = 0;               ///< number of undirected edges
   std::size_t nonmanifold_edges = 0;   ///< undirected edges with more than two half-edges
   std::size_t inconsistent_edges = 0;  ///< undirected edges with two half-edges of the same direction
+  Index first_nonmanifold = no_index;  ///< a half-edge of the first such edge, by its vertices
+  Index first_inconsistent = no_index;
 };
 
 /// O(c log c) in the number of corners c. Precondition: corners < vertex_count.
@@ -34,6 +37,10 @@ Components face_components(const FaceList& faces, const HalfEdges& half_edges);
 
 /// Per vertex, the number of fans (maximal sequences of faces around it joined across edges): 0 unused, 1 manifold.
 std::vector<Index> vertex_fans(const FaceList& faces, const HalfEdges& half_edges, std::size_t vertex_count);
+
+/// What keeps faces from being an oriented manifold, in words: how many edges and vertices, and the first of each kind
+/// by number; empty if nothing does. O(c).
+std::string manifold_faults(const FaceList& faces, const HalfEdges& half_edges, std::size_t vertex_count);
 
 /// Counts that describe a mesh; only vertices used by a face count.
 struct Topology {

@@ -14,7 +14,7 @@ namespace gpsrecon::io {
 FileKind probe_ply(const InputFile& file);
 PointCloud read_ply_points(const InputFile& file);
 Mixture read_ply_mixture(const InputFile& file);
-CovMesh read_ply_covmesh(const InputFile& file);
+CovMesh read_ply_covmesh(const InputFile& file, bool manifold);
 Mesh read_ply_mesh(const InputFile& file);
 void write_ply(const PointCloud& cloud, const std::string& path, PlyEncoding encoding);
 void write_ply(const Mixture& mixture, const std::string& path, PlyEncoding encoding);

@@ -199,8 +199,8 @@ Mixture read_mixture(const std::string& path) {
   return io::read_ply_mixture(require_ply(path, "Gaussians"));
 }
 
-CovMesh read_covmesh(const std::string& path) {
-  return io::read_ply_covmesh(require_ply(path, "Gaussians and faces"));
+CovMesh read_covmesh(const std::string& path, bool manifold) {
+  return io::read_ply_covmesh(require_ply(path, "Gaussians and faces"), manifold);
 }
 
 Mesh read_mesh(const std::string& path) {

@@ -36,7 +36,8 @@ PointCloud read_points(const std::string& path);
 /// PLY with columns x y z covxx covxy covxz covyy covyz covzz, optionally weight (else 1) and nvx nvy nvz, of an
 /// element `vertex` or `component`. The result is valid; InputError also if it would not be.
 Mixture read_mixture(const std::string& path);
-CovMesh read_covmesh(const std::string& path);
+/// With manifold = false nothing is promised of the faces: what repair_topology is to mend.
+CovMesh read_covmesh(const std::string& path, bool manifold = true);
 
 /// A polygon soup of a PLY, OFF, OBJ or STL file (equal STL corners are merged, vertices without faces are kept). Faces
 /// have at least three corners, all of them valid; nothing else is promised.

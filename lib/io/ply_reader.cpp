@@ -270,10 +270,12 @@ Mixture read_ply_mixture(const InputFile& file) {
   return validated(file, read_gaussians(file, nullptr));
 }
 
-CovMesh read_ply_covmesh(const InputFile& file) {
+CovMesh read_ply_covmesh(const InputFile& file, bool manifold) {
   CovMesh mesh;
   mesh.vertices = read_gaussians(file, &mesh.faces);
-  return validated(file, std::move(mesh));
+  if (manifold) return validated(file, std::move(mesh));
+  mesh.vertices = validated(file, std::move(mesh.vertices));
+  return mesh;
 }
 
 }  // namespace gpsrecon::io

@@ -1,5 +1,5 @@
 // What refinement costs beside OpenMesh's, which moves three numbers per vertex and gives no limit and no normals
-// unless asked, and beside plain copying of memory.
+// unless asked, beside OpenSubdiv's where it is there, which does give limits, and beside plain copying of memory.
 
 #include <benchmark/benchmark.h>
 #include <gpsrecon/gps/infer.h>
@@ -12,6 +12,10 @@
 #include <OpenMesh/Tools/Subdivider/Uniform/LoopT.hh>
 
 #include "gps/meshes.h"
+#ifdef GPSRECON_HAVE_OPENSUBDIV
+#include <opensubdiv/far/primvarRefiner.h>
+#include "gps/opensubdiv.h"
+#endif
 
 namespace gpsrecon::test {
 namespace {
@@ -92,6 +96,41 @@ void openmesh_catmull_clark(benchmark::State& state) {
 }
 BENCHMARK(openmesh_loop)->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK(openmesh_catmull_clark)->Unit(benchmark::kMillisecond)->UseRealTime();
+
+#ifdef GPSRECON_HAVE_OPENSUBDIV
+/// Its refined positions, limits and normals, three numbers per vertex, by one thread.
+void refine_by_opensubdiv(benchmark::State& state, Scheme scheme) {
+  std::size_t vertices = 0;
+  for (auto _ : state) {
+    const std::unique_ptr<Far::TopologyRefiner> refiner = osd_refiner(control(), {.scheme = scheme});
+    Far::TopologyRefiner::UniformOptions uniform(levels);
+    uniform.fullTopologyInLastLevel = true;
+    refiner->RefineUniform(uniform);
+    const Far::PrimvarRefinerReal<double> values(*refiner);
+    std::vector<OsdPoint> points = osd_points(control());
+    for (int level = 1; level <= levels; ++level) {
+      std::vector<OsdPoint> fine(static_cast<std::size_t>(refiner->GetLevel(level).GetNumVertices()));
+      values.Interpolate(level, points, fine);
+      points.swap(fine);
+    }
+    vertices = points.size();
+    std::vector<OsdPoint> limit(vertices), u(vertices), v(vertices);
+    values.Limit(points, limit, u, v);
+    std::vector<Vec3> normals(vertices);
+    for (std::size_t i = 0; i < vertices; ++i) normals[i] = u[i].p.cross(v[i].p).normalized();
+    benchmark::DoNotOptimize(normals.data());
+  }
+  set_rate(state, vertices);
+}
+void opensubdiv_loop(benchmark::State& state) {
+  refine_by_opensubdiv(state, Scheme::loop);
+}
+void opensubdiv_catmull_clark(benchmark::State& state) {
+  refine_by_opensubdiv(state, Scheme::catmull_clark);
+}
+BENCHMARK(opensubdiv_loop)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK(opensubdiv_catmull_clark)->Unit(benchmark::kMillisecond)->UseRealTime();
+#endif
 
 /// Bytes read and written per second.
 void copy_memory(benchmark::State& state) {

@@ -5,6 +5,7 @@
 #include <gpsrecon/io/io.h>
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <numeric>
 
 #include "../support/json_schema.h"
 #include "clouds.h"
@@ -517,6 +518,33 @@ TEST_F(ChainTest, infer_repairs_what_it_is_told_to) {
   const ProcessResult result = do_here({"infer", "book.off", "book.ply", "--repair"});
   EXPECT_THAT(result.err, AllOf(HasSubstr("1 edges of more than two faces cut"), HasSubstr("1 faces dropped")));
   do_here({"subdivide", "book.ply", "s.ply"});
+}
+
+TEST_F(ChainTest, covariance_meshes_are_repaired_when_told_to) {
+  // Three faces on an edge.
+  std::string text =
+      "ply\nformat ascii 1.0\nelement vertex 5\nproperty double x\nproperty double y\nproperty double z\n"
+      "property double covxx\nproperty double covxy\nproperty double covxz\nproperty double covyy\n"
+      "property double covyz\nproperty double covzz\nproperty double weight\nelement face 3\n"
+      "property list uchar int vertex_indices\nend_header\n";
+  for (const char* position : {"0 0 0", "1 0 0", "0 1 0", "0 0 1", "0 -1 0"})
+    text += std::string(position) + " 0.1 0 0 0.1 0 0.1 1\n";
+  write_bytes(folder / "book.ply", text + "3 0 1 2\n3 1 0 3\n3 0 1 4\n");
+  for (const std::string command : {"subdivide", "covmesh"}) {
+    const ProcessResult refused = run_here({command, "book.ply", "out.ply"});
+    EXPECT_EQ(refused.exit_code, 3);
+    EXPECT_THAT(refused.err, HasSubstr("1 edges of more than two faces (first: 0-1 of face 0)"));
+    EXPECT_FALSE(std::filesystem::exists(folder.path() / "out.ply"));
+  }
+  const ProcessResult result = do_here({"subdivide", "book.ply", "s.ply", "--repair", "--levels", "1"});
+  EXPECT_THAT(result.err, HasSubstr("1 edges of more than two faces cut"));
+  do_here({"covmesh", "book.ply", "parted.ply", "--repair"});
+  do_here({"subdivide", "parted.ply", "p.ply", "--levels", "1"});
+  EXPECT_EQ(bytes("s.ply"), bytes("p.ply"));
+  // Copies share the weight.
+  const CovMesh parted = read_covmesh(folder / "parted.ply");
+  EXPECT_EQ(parted.vertices.size(), 9U);
+  EXPECT_NEAR(std::accumulate(parted.vertices.weights.begin(), parted.vertices.weights.end(), 0.0), 5, 1e-12);
 }
 
 TEST_F(ChainTest, project_writes_particles_with_normals) {
