@@ -64,6 +64,26 @@ TEST(Align, FarFromTheOrigin) {
   EXPECT_LT(largest_error(found, m, reference.positions), 1e-5);
 }
 
+/// The motion found is one of the world, whatever frames the shapes are stored in.
+TEST(Align, OfShapesInFramesOfTheirOwn) {
+  const auto in_frame = [](Mesh mesh, const Frame& frame) {
+    for (Vec3& p : mesh.positions) p = frame.to_local(p);
+    mesh.frame = frame;
+    return mesh;
+  };
+  const Mesh reference = bean();
+  const Motion m = motion(5, {0.1, -0.2, 0.15});
+  const Mesh shape = moved(reference, m);
+  const Frame here{Vec3(3, -2, 1), 2}, there{Vec3(-1, 0.5, 4), -1};
+  for (const auto& [a, b] : {std::pair{here, there}, std::pair{there, here}, std::pair{here, here}}) {
+    const AlignmentReport found = align(in_frame(shape, a), in_frame(reference, b));
+    EXPECT_LT(largest_error(found, m, reference.positions), 1e-6);
+    const Mesh back = moved_by(in_frame(shape, a), found);
+    for (std::size_t v = 0; v < back.positions.size(); ++v)
+      ASSERT_LT((a.to_world(back.positions[v]) - reference.positions[v]).norm(), 1e-6);
+  }
+}
+
 TEST(Align, PointsOntoAMeshAndOntoPoints) {
   const Mesh reference = bean();
   PointCloud cloud;

@@ -1,4 +1,7 @@
+#include <gpsrecon/clop/particles.h>
+#include <gpsrecon/clop/project.h>
 #include <gpsrecon/core/error.h>
+#include <gpsrecon/hem/hem.h>
 #include <gpsrecon/pipeline/projection.h>
 #include <gpsrecon/pipeline/reconstruct.h>
 #include <gtest/gtest.h>
@@ -46,6 +49,26 @@ TEST(Projection, EveryMethodTakesNoiseAway) {
   EXPECT_NEAR(before, 0.02, 0.002);
   for (const ProjectionMethod method : {ProjectionMethod::clop, ProjectionMethod::wlop, ProjectionMethod::lop})
     EXPECT_LT(rms_offset(projected(cloud, by(method))), 0.5 * before);
+}
+
+TEST(Projection, EveryMethodIsItsOperator) {
+  const PreparedCloud cloud = prepare(noisy_sphere(3000, 0.02));
+  const ProjectionOptions defaults;
+  PointCloud places;
+  places.positions = cloud.clean.cloud.positions;
+  const PointCloud particles = choose_particles(places, defaults.particles);
+  ProjectOptions options = defaults.project;
+  options.support_radius = automatic_support_radius(cloud.scale.spacing, cloud.scale.noise);
+  for (const ProjectionMethod method : {ProjectionMethod::wlop, ProjectionMethod::lop}) {
+    options.balance = method == ProjectionMethod::wlop;
+    EXPECT_EQ(projected(cloud, by(method)).positions, project(particles, places, options).positions);
+  }
+  HemOptions hem = defaults.hem;
+  hem.sigma0 = projection_sigma0(cloud.scale, hem.initial);
+  hem.spacing = cloud.scale.spacing;
+  options.balance = false;
+  EXPECT_EQ(projected(cloud, by(ProjectionMethod::clop)).positions,
+            project(particles, build_mixture(places, hem), options).positions);
 }
 
 TEST(Projection, AttributesComeFromTheNearestPoint) {
