@@ -355,8 +355,8 @@ Reconstruction reconstruct(const PointCloud& world, const ReconstructOptions& gi
     timer.start("project");
     projected = cloud;
     projected->clean.cloud = project_points(cloud.clean.cloud, cloud.scale, cloud.diagonal, *given.projection, context);
-    // The particles lie in a thinner sheet, which a narrower kernel keeps in one piece.
-    projected->scale = estimate_scale(projected->clean.cloud, {.isolation = 0}, context);
+    // The kernel stays that of the scan: what noise is left in the particles they share over the support radius, and a
+    // narrower kernel would take it for detail.
   }
   const PreparedCloud& sheet = projected ? *projected : cloud;
   timer.start("scale");

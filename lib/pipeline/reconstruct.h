@@ -19,8 +19,8 @@ struct ReconstructOptions {
   TriangulateOptions triangulate;
   FitOptions fit;
   SubdivideOptions subdivide;
-  /// Makes the mixture of projected particles (projection.h) instead of the points, with the kernel width that suits
-  /// them. Surface and report still refer to the points. Excludes `max_error_rel`. None: of the points.
+  /// Makes the mixture of projected particles (projection.h) instead of the points, with the kernel width of the
+  /// points. Surface and report still refer to the points. Excludes `max_error_rel`. None: of the points.
   std::optional<ProjectionOptions> projection;
   /// Divides the automatic kernel width: above 1 more detail, below 1 smoother. Clamped where the sheet would fall
   /// apart, with a warning. Range: (0, 100].
