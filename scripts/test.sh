@@ -9,9 +9,8 @@ scripts/build.sh -DGPSRECON_BUILD_TESTS=ON
 
 results=$PWD/build/release/test-results.xml
 rm -f "$results"
-# Waiting threads sleep: tests run side by side, and spinning ones would take the cores from the others.
 status=0
-OMP_WAIT_POLICY=PASSIVE ctest --test-dir build/release --parallel "$(nproc)" --output-on-failure \
+ctest --test-dir build/release --parallel "$(nproc)" --output-on-failure \
   --output-junit "$results" || status=$?
 [ -f "$results" ] || { echo "test.sh: ctest wrote no results" >&2; exit 1; }
 

@@ -6,8 +6,13 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <chrono>
 #include <cmath>
+#include <condition_variable>
+#include <mutex>
+#include <numeric>
 #include <set>
+#include <thread>
 
 namespace gpsrecon::test {
 namespace {
@@ -125,6 +130,72 @@ TEST(RunContext, ProgressReportsThenChecksForCancellation) {
   EXPECT_NO_THROW(context.progress("stage", 0.25));
   EXPECT_THROW(context.progress("stage", 0.5), Cancelled);
   EXPECT_EQ(shares, (std::vector<double>{0.25, 0.5}));
+}
+
+TEST(ParallelBlocks, RunInSeveralThreads) {
+  const RunContext context = with_threads(3);
+  std::mutex guard;
+  std::set<std::thread::id> seen;
+  // Every block waits for another thread to come, for as long as a test may take.
+  std::condition_variable arrived;
+  parallel_blocks(
+      3, context,
+      [&](std::size_t, std::size_t, std::size_t) {
+        std::unique_lock lock(guard);
+        seen.insert(std::this_thread::get_id());
+        arrived.notify_all();
+        EXPECT_TRUE(arrived.wait_for(lock, std::chrono::seconds(30), [&] { return seen.size() > 1; }));
+      },
+      1);
+  EXPECT_GT(seen.size(), 1U);
+  EXPECT_LE(seen.size(), 3U);
+}
+
+TEST(ParallelFor, LoopsWithinLoopsRun) {
+  const RunContext context = with_threads(4);
+  std::vector<std::vector<int>> visits(20, std::vector<int>(50, 0));
+  parallel_for(
+      visits.size(), context,
+      [&](std::size_t i) {
+        parallel_for(
+            50, context, [&](std::size_t j) { ++visits[i][j]; }, 1);
+      },
+      1);
+  for (const std::vector<int>& row : visits) EXPECT_EQ(row, std::vector<int>(50, 1));
+}
+
+TEST(ParallelFor, ManyShortLoopsFromThreadsThatComeAndGo) {
+  std::vector<std::thread> callers;
+  std::vector<std::size_t> sums(8, 0);
+  for (std::size_t c = 0; c < sums.size(); ++c)
+    callers.emplace_back([c, &sums] {
+      const RunContext context = with_threads(static_cast<int>(1 + c % 4));
+      for (int loop = 0; loop < 500; ++loop) {
+        std::vector<std::size_t> squares(37, 0);
+        parallel_for(
+            squares.size(), context, [&](std::size_t i) { squares[i] = i * i; }, 4);
+        sums[c] += std::accumulate(squares.begin(), squares.end(), std::size_t{0});
+      }
+    });
+  for (std::thread& caller : callers) caller.join();
+  for (const std::size_t sum : sums) EXPECT_EQ(sum, 500U * 16206U);
+}
+
+TEST(ParallelFor, GoesOnAfterAnError) {
+  const RunContext context = with_threads(4);
+  for (int loop = 0; loop < 100; ++loop) {
+    EXPECT_THROW(parallel_for(
+                     40, context,
+                     [](std::size_t i) {
+                       if (i == 7) throw InvariantError("seven");
+                     },
+                     1),
+                 InvariantError);
+    std::vector<int> visits(40, 0);
+    parallel_for(
+        visits.size(), context, [&](std::size_t i) { ++visits[i]; }, 1);
+    EXPECT_EQ(visits, std::vector<int>(40, 1));
+  }
 }
 
 }  // namespace
