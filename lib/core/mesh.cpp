@@ -4,9 +4,7 @@
 #include <algorithm>
 
 namespace gpsrecon {
-namespace {
-
-void validate_faces(const FaceList& faces, std::size_t vertex_count) {
+void validate(const FaceList& faces, std::size_t vertex_count) {
   std::vector<Index> sorted;
   for (std::size_t f = 0; f < faces.size(); ++f) {
     const auto face = faces[f];
@@ -22,8 +20,6 @@ void validate_faces(const FaceList& faces, std::size_t vertex_count) {
   }
 }
 
-}  // namespace
-
 void validate(const Mesh& mesh) {
   const std::size_t n = mesh.positions.size();
   const auto check = [n](std::size_t length, const char* attribute) {
@@ -37,12 +33,12 @@ void validate(const Mesh& mesh) {
   for (const ScalarColumn& column : mesh.scalars) check(column.values.size(), column.name.c_str());
   for (std::size_t i = 0; i < n; ++i)
     if (!mesh.positions[i].allFinite()) throw InvariantError("mesh: position " + std::to_string(i) + " is not finite");
-  validate_faces(mesh.faces, n);
+  validate(mesh.faces, n);
 }
 
 void validate(const CovMesh& mesh) {
   validate(mesh.vertices);
-  validate_faces(mesh.faces, mesh.vertices.size());
+  validate(mesh.faces, mesh.vertices.size());
   const HalfEdges edges = half_edges(mesh.faces, mesh.vertices.size());
   const std::string faults = manifold_faults(mesh.faces, edges, mesh.vertices.size());
   if (!faults.empty()) throw InvariantError("covariance mesh: " + faults);

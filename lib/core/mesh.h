@@ -59,6 +59,9 @@ struct CovMesh {
   FaceList faces;
 };
 
+/// Throws InvariantError unless every face has three corners or more, all different and below vertex_count.
+void validate(const FaceList& faces, std::size_t vertex_count);
+
 /// Throws InvariantError, naming the element, unless positions are finite, attributes match in length, corners are
 /// valid and no face repeats a corner. Manifoldness is not required of a Mesh. O(n).
 void validate(const Mesh& mesh);

@@ -225,7 +225,6 @@ CatmullClarkRows::CatmullClarkRows(const PolygonConnectivity& connectivity, Corn
 
 Mask CatmullClarkRows::mask(std::size_t r) const {
   const Topo& topology = connectivity_;
-  if (r >= topology.vertex_count + topology.edge_count()) return kept_;
   if (r >= topology.vertex_count) {
     const Index h = topology.edge_start[r - topology.vertex_count];
     return topology.opposite[h] == no_index ? boundary_edge_ : interior_edge_;
@@ -238,10 +237,6 @@ Mask CatmullClarkRows::mask(std::size_t r) const {
 void CatmullClarkRows::fill(std::size_t r, std::span<Index> row) const {
   const Topo& topology = connectivity_;
   const auto vertices = static_cast<Index>(topology.vertex_count);
-  if (r >= vertices + topology.edge_count()) {
-    row[0] = static_cast<Index>(r - topology.edge_count());
-    return;
-  }
   if (r >= vertices) {
     const Index h = topology.edge_start[r - vertices];
     row[0] = topology.source(h);

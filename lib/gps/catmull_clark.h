@@ -86,18 +86,18 @@ class CatmullClarkFaceRows {
   std::vector<Mask> by_size_;
 };
 
-/// Rows of the new vertices, numbered as those of refine(connectivity), in terms of the old vertices followed by the
-/// points of the faces: v' = (F + 2R + (n - 3) v) / n with the means F of the face points and R of the middles of the n
-/// edges, that is v (n - 2)/n and 1/n² of the other ends and the face points; 1/4 on edges. Boundary: the cubic
-/// B-spline curve; with CornerRule::sharp, vertices of a single face are kept. Vertices without faces are kept
-/// (Catmull and Clark 1978). The connectivity must outlive the rows.
+/// Rows of the new vertices but the points of the faces, numbered as those of refine(connectivity), in terms of the old
+/// vertices followed by the points of the faces: v' = (F + 2R + (n - 3) v) / n with the means F of the face points and
+/// R of the middles of the n edges, that is v (n - 2)/n and 1/n² of the other ends and the face points; 1/4 on edges.
+/// Boundary: the cubic B-spline curve; with CornerRule::sharp, vertices of a single face are kept. Vertices without
+/// faces are kept (Catmull and Clark 1978). The connectivity must outlive the rows.
 class CatmullClarkRows {
  public:
   using Weight = double;
   CatmullClarkRows(const PolygonConnectivity& connectivity, CornerRule corners);
 
   std::size_t columns() const { return connectivity_.vertex_count + connectivity_.face_total(); }
-  std::size_t rows() const { return columns() + connectivity_.edge_count(); }
+  std::size_t rows() const { return connectivity_.vertex_count + connectivity_.edge_count(); }
   const MaskStore<double>& masks() const { return masks_; }
   Mask mask(std::size_t r) const;
   void fill(std::size_t r, std::span<Index> row) const;

@@ -1,3 +1,4 @@
+#include <gpsrecon/core/parallel.h>
 #include <gpsrecon/gps/face_normals.h>
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -5,11 +6,12 @@
 namespace gpsrecon {
 
 std::vector<Index> complete_normals(const FaceList& faces, const std::vector<Vec3>& positions,
-                                    std::vector<Vec3>& normals) {
+                                    std::vector<Vec3>& normals, const RunContext& context) {
   std::vector<Index> missing;
+  const auto zero = [&](std::size_t v) { return normals[v].isZero(0) ? std::size_t{1} : std::size_t{0}; };
+  if (parallel_sum<std::size_t>(normals.size(), context, zero) == 0) return missing;
   for (Index v = 0; v < normals.size(); ++v)
     if (normals[v].isZero(0)) missing.push_back(v);
-  if (missing.empty()) return missing;
   std::vector<bool> wanted(normals.size(), false);
   for (const Index v : missing) wanted[v] = true;
   for (std::size_t f = 0; f < faces.size(); ++f) {

@@ -28,7 +28,7 @@ SurfaceSamples LimitSurface::evaluate(const Mixture& control, bool limit, const 
                          std::to_string(control_count_) + " control vertices");
   const Normalization normal_form = normalization(control);
   std::vector<DualPoint> dual = dual_points(control, normal_form, context);
-  for (const auto& step : steps_) dual = refine_values<DualPoint>(step, std::move(dual), context);
+  for (const auto& step : steps_) dual = refine_values<DualPoint>(step, dual, context);
   return sample_surface(limit_, dual, normal_form, control.sigma0, faces_, {.limit = limit, .spread = true}, context);
 }
 
@@ -42,8 +42,8 @@ std::vector<Index> LimitSurface::control_of_samples() const {
   };
   for (const auto& [faces, points] : steps_) {
     // After the vertices come the edges, whose rows begin with their two ends, and the faces.
-    const std::size_t old = faces.columns, edges = points.rows() - faces.rows();
-    for (std::size_t r = old; r < edges; ++r) control.push_back(smallest(points.row(r).indices.first(2)));
+    for (std::size_t r = faces.columns; r < points.rows(); ++r)
+      control.push_back(smallest(points.row(r).indices.first(2)));
     for (std::size_t f = 0; f < faces.rows(); ++f) control.push_back(smallest(faces.row(f).indices));
   }
   return control;

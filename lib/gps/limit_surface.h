@@ -70,9 +70,9 @@ class LimitSurface {
 template <class T>
 std::vector<T> LimitSurface::to_samples(std::span<const T> values, const RunContext& context) const {
   std::vector<T> current(values.begin(), values.end());
-  for (const auto& step : steps_) current = refine_values<T>(step, std::move(current), context);
+  for (const auto& step : steps_) current = refine_values<T>(step, current, context);
   std::vector<T> samples(limit_.rows());
-  apply<T>(limit_, current, samples, context, &LimitWeight::position);
+  apply<T>(limit_, current, std::span<T>(samples), context, &LimitWeight::position);
   return samples;
 }
 

@@ -15,8 +15,8 @@ class PatchTable::Builder {
         corners_(corners),
         opposite_(opposite),
         options_(options),
-        start_(table.to_points_.points.rows(), no_index),
-        count_(table.to_points_.points.rows(), 0),
+        start_(table.to_points_.new_vertices(), no_index),
+        count_(table.to_points_.new_vertices(), 0),
         ring_(table.base_count_, no_index),
         at_(corners.size() / size(), 0) {
     for (Index h = 0; h < corners.size(); ++h) {
@@ -87,7 +87,7 @@ class PatchTable::Builder {
 
   Index reflected(Index a, Index b, Index inner) {
     table_.ghosts_.push_back({{a, b}, inner});
-    return static_cast<Index>(table_.to_points_.points.rows() + table_.ghosts_.size() - 1);
+    return static_cast<Index>(table_.to_points_.new_vertices() + table_.ghosts_.size() - 1);
   }
 
   /// The vertex and its neighbours, counter-clockwise, once for all leaves around it; and their numbers.

@@ -71,13 +71,12 @@ class PatchTable {
   /// Values at the vertices of the base mesh: the control mesh, or its first refinement.
   template <class T>
   std::vector<T> to_base(std::span<const T> control, const RunContext& context) const {
-    std::vector<T> base(control.begin(), control.end());
-    return to_base_ ? refine_values<T>(*to_base_, std::move(base), context) : base;
+    return to_base_ ? refine_values<T>(*to_base_, control, context) : std::vector<T>(control.begin(), control.end());
   }
   /// Values at the points of the leaves, from those of the base mesh.
   template <class T>
   std::vector<T> to_points(std::span<const T> base, const RunContext& context) const {
-    std::vector<T> points = refine_values<T>(to_points_, {base.begin(), base.end()}, context, ghosts_.size());
+    std::vector<T> points = refine_values<T>(to_points_, base, context, ghosts_.size());
     for (const Ghost& ghost : ghosts_)
       points.push_back(points[ghost.plus[0]] + points[ghost.plus[1]] - points[ghost.minus]);
     return points;

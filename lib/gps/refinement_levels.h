@@ -82,10 +82,7 @@ class RefinementLevels {
   /// Values at the vertices of the last level, from those at control vertices.
   template <class T>
   std::vector<T> refine_to_last(std::vector<T> values, const RunContext& context) const {
-    for (std::size_t level = 0; level < levels_; ++level) {
-      const std::size_t room = level + 1 < levels_ ? step(level + 1).faces.rows() : 0;
-      values = refine_values<T>(step(level), std::move(values), context, room);
-    }
+    for (std::size_t level = 0; level < levels_; ++level) values = refine_values<T>(step(level), values, context);
     return values;
   }
   /// Limits at the samples, from values at control vertices.

@@ -89,7 +89,7 @@ SurfaceSamples sample_surface(const LimitRows& limit, const std::vector<DualPoin
     });
   });
   std::vector<Index> room(longest_row(limit));
-  for (const Index i : complete_normals(faces, samples.positions, samples.normals)) {
+  for (const Index i : complete_normals(faces, samples.positions, samples.normals, context)) {
     const DualMap map(
         options.limit ? apply_row<DualPoint>(read_row(limit, i, room.data()), dual, &LimitWeight::position) : dual[i]);
     if (samples.normals[i].isZero(0)) samples.normals[i] = eigen_decomposition(map.covariance()).vectors.col(0);

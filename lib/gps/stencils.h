@@ -109,8 +109,8 @@ std::size_t longest_row(const Rows& source) {
 
 /// Calls body(r, row) for the rows from `begin` to `end`. Rows are read some ahead and their values fetched: they lie
 /// all over memory, and waiting for them would take half the time.
-template <class T, class Rows, class Body>
-void for_each_row(const Rows& rows, std::size_t begin, std::size_t end, std::span<const T> values, const Body& body) {
+template <class T, class Rows, class Values, class Body>
+void for_each_row(const Rows& rows, std::size_t begin, std::size_t end, const Values& values, const Body& body) {
   constexpr std::size_t ahead = 16, cache_line = 64;
   const std::size_t longest = longest_row(rows);
   std::vector<Index> room(ahead * longest);
@@ -120,7 +120,7 @@ void for_each_row(const Rows& rows, std::size_t begin, std::size_t end, std::spa
     for (std::size_t k = 0; k < count; ++k) {
       waiting[k] = read_row(rows, first + k, room.data() + k * longest);
       for (const Index i : waiting[k].indices) {
-        const char* const value = reinterpret_cast<const char*>(values.data() + i);
+        const char* const value = reinterpret_cast<const char*>(&values[i]);
         for (std::size_t byte = 0; byte < sizeof(T); byte += cache_line) __builtin_prefetch(value + byte);
         __builtin_prefetch(value + sizeof(T) - 1);
       }
@@ -172,8 +172,8 @@ T zero() {
 }  // namespace detail
 
 /// Σ_j weight_j values[index_j]. `part` picks the scalar out of a weight (&LimitWeight::u, ...).
-template <class T, class Weight, class Part = std::identity>
-T apply_row(const Row<Weight>& row, std::span<const T> values, Part part = {}) {
+template <class T, class Weight, class Values, class Part = std::identity>
+T apply_row(const Row<Weight>& row, const Values& values, Part part = {}) {
   T sum = detail::zero<T>();
   for (std::size_t j = 0; j < row.indices.size(); ++j)
     sum += std::invoke(part, row.weights[j]) * values[row.indices[j]];
@@ -182,9 +182,8 @@ T apply_row(const Row<Weight>& row, std::span<const T> values, Part part = {}) {
 
 /// out = S values, for numbers or fixed-size Eigen vectors, in parallel; S stored or not.
 /// Precondition: values.size() == columns, out.size() == rows.
-template <class T, class Rows, class Part = std::identity>
-void apply(const Rows& rows, std::span<const std::type_identity_t<T>> values, std::span<T> out,
-           const RunContext& context = {}, Part part = {}) {
+template <class T, class Rows, class Values, class Part = std::identity>
+void apply(const Rows& rows, const Values& values, std::span<T> out, const RunContext& context = {}, Part part = {}) {
   parallel_blocks(rows.rows(), context, [&](std::size_t, std::size_t begin, std::size_t end) {
     for_each_row<T>(rows, begin, end, values, [&](std::size_t r, const Row<typename Rows::Weight>& row) {
       out[r] = apply_row<T>(row, values, part);
@@ -204,39 +203,52 @@ void add_transposed(const Stencils<Weight>& table, std::span<const std::type_ide
   }
 }
 
+/// Two arrays as one.
+template <class T>
+struct JoinedValues {
+  std::span<const T> first, second;
+  const T& operator[](std::size_t i) const { return i < first.size() ? first[i] : second[i - first.size()]; }
+};
+
 /// One refinement step of a scheme: the points of the faces from the old vertices, where the scheme has such points,
-/// and then the new vertices from the old ones followed by those.
+/// and from the old vertices followed by those points the other new vertices. In the order of new vertices the points
+/// of the faces are the last.
 template <class FaceRows, class PointRows>
 struct RefinementStep {
   FaceRows faces;
   PointRows points;
 
-  std::size_t old_vertices() const { return faces.columns; }
+  std::size_t new_vertices() const { return points.rows() + faces.rows(); }
 };
 
 /// Values at the new vertices. `room` more are reserved for what comes after them.
 template <class T, class FaceRows, class PointRows>
-std::vector<T> refine_values(const RefinementStep<FaceRows, PointRows>& step, std::vector<T> values,
+std::vector<T> refine_values(const RefinementStep<FaceRows, PointRows>& step, std::span<const T> values,
                              const RunContext& context, std::size_t room = 0) {
-  const std::size_t old = values.size();
-  values.resize(old + step.faces.rows());
-  const std::span<T> all(values);
-  apply<T>(step.faces, all.first(old), all.subspan(old), context);
   std::vector<T> refined;
-  refined.reserve(step.points.rows() + room);
-  refined.resize(step.points.rows());
-  apply<T>(step.points, all, std::span<T>(refined), context);
+  refined.reserve(step.new_vertices() + room);
+  refined.resize(step.new_vertices());
+  const std::span<T> points = std::span<T>(refined).first(step.points.rows());
+  const std::span<T> faces = std::span<T>(refined).subspan(step.points.rows());
+  if (faces.empty()) {
+    apply<T>(step.points, values, points, context);
+  } else {
+    apply<T>(step.faces, values, faces, context);
+    apply<T>(step.points, JoinedValues<T>{values, faces}, points, context);
+  }
   return refined;
 }
 
 /// The transpose of refine_values.
 template <class T>
 std::vector<T> coarsen_values(const RefinementStep<StencilTable, StencilTable>& step, std::span<const T> values) {
+  const std::size_t old = step.faces.columns;
   std::vector<T> coarse(step.points.columns, detail::zero<T>());
-  add_transposed<T>(step.points, values, coarse);
+  add_transposed<T>(step.points, values.first(step.points.rows()), coarse);
+  for (std::size_t f = 0; f < step.faces.rows(); ++f) coarse[old + f] += values[step.points.rows() + f];
   const std::span<T> all(coarse);
-  add_transposed<T>(step.faces, all.subspan(step.old_vertices()), all.first(step.old_vertices()));
-  coarse.resize(step.old_vertices());
+  add_transposed<T>(step.faces, all.subspan(old), all.first(old));
+  coarse.resize(old);
   return coarse;
 }
 

@@ -95,7 +95,7 @@ Mesh subdivide_to_tolerance(const CovMesh& mesh, const SubdivideOptions& options
       },
       evaluation_block);
   // Where not even the faces around tell, the thin axis of the Gaussian does.
-  for (const Index v : complete_normals(refined.faces, refined.positions, refined.normals))
+  for (const Index v : complete_normals(refined.faces, refined.positions, refined.normals, context))
     if (refined.normals[v].isZero(0)) refined.normals[v] = eigen_decomposition(covariances[v]).vectors.col(0);
   const double kernel = mesh.vertices.sigma0 * mesh.vertices.sigma0;
   for (std::size_t v = 0; v < refined.sigma.size(); ++v)
@@ -144,7 +144,9 @@ void SubdivideOptions::check() const {
 Mesh subdivide(const CovMesh& mesh, const SubdivideOptions& options, const RunContext& context) {
   options.check();
   context.progress("subdivide", 0);
-  validate(mesh);
+  // That the faces are manifold is found when they are refined.
+  validate(mesh.vertices);
+  validate(mesh.faces, mesh.vertices.size());
   const auto refine_mesh = options.tolerance > 0            ? subdivide_to_tolerance
                            : options.scheme == Scheme::loop ? subdivide_uniformly<LoopScheme>
                                                             : subdivide_uniformly<CatmullClarkScheme>;

@@ -84,7 +84,7 @@ Mesh by_masks(const CovMesh& control, const EvaluateOptions& options, int levels
   for (std::size_t v = 0; v < control.vertices.size(); ++v) dual.push_back(to_dual(control.vertices.component(v)));
   refined.faces = control.faces;
   for (int level = 0; level < levels; ++level) {
-    dual = refine_values<DualPoint>(CatmullClarkScheme::step(topology, options), std::move(dual), {});
+    dual = refine_values<DualPoint>(CatmullClarkScheme::step(topology, options), dual, {});
     refined.faces = refined_faces(topology);
     topology = refine(topology);
   }
