@@ -1,12 +1,12 @@
 #!/usr/bin/python3
 """Measures the normals that `gpsrecon normals` estimates, and writes the figures into docs/normals.md.
 
-    scripts/normals.py [--program build/release/bin/gpsrecon] [--data DIR]
+    scripts/normals.py [--program build/release/bin/gpsrecon] [--data DIR] [--page docs/normals.md] [--quick]
 
 A shape with creases is scanned virtually, with and without errors, and its normals are compared with the exact ones:
 those of planes, of spherical medians, and of continuous medians for two kernel sizes and several compressions of the
 mixture. With --data, a folder that holds scans/NAME.sN.ply and truth/NAME.ply, also those of virtual scans of meshes.
-Needs numpy, matplotlib and, for --data, scipy.
+With --quick few points and one mesh are measured, to see that it works: give it a page of its own. Needs numpy, matplotlib and, for --data, scipy.
 """
 
 import argparse
@@ -24,7 +24,6 @@ import numpy as np
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 PAGE = os.path.join(ROOT, "docs", "normals.md")
-PICTURES = os.path.join(ROOT, "docs", "pictures")
 NAMES = ["nefertiti", "koala", "hammer", "spot"]
 PLY_TYPES = {"float": "<f4", "double": "<f8", "uchar": "u1", "int": "<i4", "uint": "<u4"}
 KERNELS = (0.011, 0.022)  # of the diagonal, those of the paper's Figure 16
@@ -132,12 +131,12 @@ def draw_curves(curves, compressions, path):
     figure.savefig(path, dpi=80)
 
 
-def measure_block(runner):
+def measure_block(runner, count, pictures):
     points = runner.path("block.ply")
-    runner.run("scan", "shape:block", points, "--points", 100000, "--noise-rel", 0.0002, "--normals", "surface")
+    runner.run("scan", "shape:block", points, "--points", count, "--noise-rel", 0.0002, "--normals", "surface")
     vertices, _ = read_ply(points)
     positions, truth = vectors(vertices, "xyz"), vectors(vertices, ("nx", "ny", "nz"))
-    text = ("A virtual scan of `shape:block`, 100,000 points, noise 0.02 % of the diagonal. The exact normals are known. "
+    text = (f"A virtual scan of `shape:block`, {count:,} points, noise 0.02 % of the diagonal. The exact normals are known. "
             "The kernels are those of the paper's Figure 16, 1.1 % and 2.2 % of the diagonal.\n\n")
     rows, curves, panels = [], [], []
     cases = [("planes (12 points)", "pca", ["--neighbors", 12]), ("planes (30 points)", "pca", ["--neighbors", 30])]
@@ -154,7 +153,7 @@ def measure_block(runner):
             panels.append((label, errors))
     text += table(["normals", "mean", "median", "95 %", "above 10°", "CPU"], rows) + "\n"
     text += "![A corner of the block, coloured by the errors](pictures/normals-block.png)\n\n"
-    draw_block(panels, positions, truth, os.path.join(PICTURES, "normals-block.png"))
+    draw_block(panels, positions, truth, os.path.join(pictures, "normals-block.png"))
 
     text += ("Compression costs accuracy on the whole, though on the planes larger Gaussians average more noise away. "
              "Without flat levels, for several bounds α of the divergence of Gaussians that merge, up to five levels:\n\n")
@@ -175,7 +174,7 @@ def measure_block(runner):
         head += [f"h = {100 * h:.1f} %: mean", "median", "above 10°"]
     text += table(head, rows) + "\n"
     text += "![Errors of normals](pictures/normals-error.png)\n"
-    draw_curves(curves, compressions, os.path.join(PICTURES, "normals-error.png"))
+    draw_curves(curves, compressions, os.path.join(pictures, "normals-error.png"))
     return text
 
 
@@ -202,14 +201,14 @@ def nearest_normals(points, corners, faces):
     return normal[each, best], distance[each, best]
 
 
-def measure_scans(runner, data):
+def measure_scans(runner, data, names):
     text = ("Virtual scans of meshes, 300,000, 150,000 and 75,000 points, with noise of 0.02, 0.1 and 0.25 % of the diagonal; "
             "s2 and s3 with errors of registration and outliers. Normals at every n-th point, about "
             f"{JUDGED:,} of them, against that of the nearest face of the truth; points farther than 1 % of the diagonal "
             "from it do not count. All options at their defaults. Mean / median / 95 %; *turned*: normals that the minimum "
             "spanning tree leaves on the wrong side, of those from planes.\n\n")
     rows, seconds = [], {method: [] for method in ("pca", "weiszfeld", "csw")}
-    for name in NAMES:
+    for name in names:
         truth, faces = read_ply(os.path.join(data, "truth", name + ".ply"))
         corners = vectors(truth, "xyz")
         diagonal = np.linalg.norm(corners.max(0) - corners.min(0))
@@ -235,26 +234,29 @@ def measure_scans(runner, data):
     return text
 
 
-def replace_section(name, text):
-    page = open(PAGE, encoding="utf-8").read()
+def replace_section(path, name, text):
+    page = open(path, encoding="utf-8").read()
     pattern = re.compile(f"(<!-- {name}: measured by scripts/normals.py -->\n).*?(<!-- end -->)", re.S)
     if not pattern.search(page):
-        raise SystemExit(f"{PAGE}: has no place for {name}")
+        raise SystemExit(f"{path}: has no place for {name}")
     page = pattern.sub(lambda match: match.group(1) + "\n" + text + "\n" + match.group(2), page)
-    open(PAGE, "w", encoding="utf-8").write(page)
+    open(path, "w", encoding="utf-8").write(page)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--program", default=os.path.join(ROOT, "build", "release", "bin", "gpsrecon"))
     parser.add_argument("--data", help="folder of scans and truth; without it that section stays")
+    parser.add_argument("--page", default=PAGE, help="its sections are replaced, and the pictures beside it")
+    parser.add_argument("--quick", action="store_true")
     arguments = parser.parse_args()
-    os.makedirs(PICTURES, exist_ok=True)
+    pictures = os.path.join(os.path.dirname(arguments.page), "pictures")
+    os.makedirs(pictures, exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
         runner = Runner(arguments.program, folder)
-        replace_section("creases", measure_block(runner))
+        replace_section(arguments.page, "creases", measure_block(runner, 10000 if arguments.quick else 100000, pictures))
         if arguments.data:
-            replace_section("scans", measure_scans(runner, arguments.data))
+            replace_section(arguments.page, "scans", measure_scans(runner, arguments.data, NAMES[1:2] if arguments.quick else NAMES))
     return 0
 
 

@@ -1,5 +1,6 @@
 #include <gpsrecon/clop/attraction.h>
 #include <gpsrecon/clop/project.h>
+#include <gpsrecon/clop/repulsion.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/core/random.h>
 #include <algorithm>
@@ -40,32 +41,6 @@ void part_coinciding(std::vector<Vec3>& positions, double h, std::uint64_t seed)
   for (const Index i : moved) positions[i] += jitter * h * random_direction(seed, i);
 }
 
-/// F2 of every particle, Preiner et al. 2014, Eq. 5-6 with η(r) = -r: the mean way from its neighbours, by their
-/// weights θ(r)/r. Particles beyond the cut-off are left out (section 8).
-void update_repulsion(const std::vector<Vec3>& positions, const ProjectOptions& options, std::vector<Vec3>& repulsion,
-                      const RunContext& context) {
-  const double h = options.support_radius;
-  const Neighbors index(positions);
-  parallel_blocks(
-      positions.size(), context,
-      [&](std::size_t, std::size_t begin, std::size_t end) {
-        std::vector<Neighbor> near;
-        for (std::size_t i = begin; i < end; ++i) {
-          index.within(positions[i], options.repulsion_cutoff * h, near);
-          double total = 0;
-          Vec3 away = Vec3::Zero();
-          for (const Neighbor& n : near) {
-            if (!(n.distance > 0)) continue;  // itself
-            const double beta = theta(n.distance / h) / n.distance;
-            total += beta;
-            away += beta * (positions[i] - positions[n.index]);
-          }
-          repulsion[i] = total > 0 ? Vec3(away / total) : Vec3::Zero();
-        }
-      },
-      particles_per_block);
-}
-
 /// Whether this iteration computes the repulsion anew: every interval-th from the second on, and the last.
 bool renews_repulsion(int iteration, const ProjectOptions& options) {
   return (iteration - 2) % options.repulsion_interval == 0 || iteration == options.iterations;
@@ -84,7 +59,7 @@ PointCloud iterate(const PointCloud& particles, const Attraction& attraction, co
   for (int iteration = 1; iteration <= options.iterations; ++iteration) {
     const ProjectionStep step = iteration == 1 ? ProjectionStep::mean : ProjectionStep::median;
     if (iteration > 1 && options.repulsion > 0 && renews_repulsion(iteration, options))
-      update_repulsion(positions, options, repulsion, context);
+      update_repulsion(positions, h, options.repulsion_cutoff, repulsion, context);
     parallel_blocks(
         n, context,
         [&](std::size_t block, std::size_t begin, std::size_t end) {

@@ -3,6 +3,7 @@
 
 #include <gpsrecon/clop/particles.h>
 #include <gpsrecon/clop/project.h>
+#include <gpsrecon/clop/repulsion.h>
 #include <gpsrecon/core/neighbors.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/hem/hem.h>
@@ -29,8 +30,8 @@ using Json = nlohmann::ordered_json;
 
 struct Settings {
   std::string points, method = "clop", truth, out, initial = "local";
-  double h_rel = 0, h_factor = 1, sigma_factor = 1;
-  bool balance = true, split = false, uniform = false, series = false;
+  double h_rel = 0, h_factor = 1, sigma_factor = 1, subsample = 1;
+  bool widen = false, balance = true, split = false, uniform = false, series = false;
   HemOptions hem;
   ParticleOptions particles;
   ProjectOptions project;
@@ -57,6 +58,10 @@ Settings parse(int argc, char** argv) {
       s.h_factor = number;  // times the automatic one
     else if (name == "sigma_factor")
       s.sigma_factor = number;  // kernel of the mixture, times projection_sigma0()
+    else if (name == "subsample")
+      s.subsample = number;  // share of the points, at random, that attract; particles still come from all
+    else if (name == "widen")
+      s.widen = whole != 0;  // automatic h for the spacing of the subsample
     else if (name == "initial")
       s.initial = value;
     else if (name == "ratio")
@@ -69,6 +74,8 @@ Settings parse(int argc, char** argv) {
       s.balance = whole != 0;
     else if (name == "alpha")
       s.hem.alpha = number;
+    else if (name == "components")
+      s.hem.target_components = static_cast<std::size_t>(number);
     else if (name == "levels")
       s.hem.max_levels = whole;
     else if (name == "flat_levels")
@@ -178,12 +185,19 @@ int run(int argc, char** argv) {
   const PreparedCloud prepared = prepare(read_points(s.points), {}, context);
   const PointCloud& points = prepared.clean.cloud;
   const Scale& scale = prepared.scale;
-  const double automatic = automatic_support_radius(scale.spacing, scale.noise);
+  const double spacing = scale.spacing / std::sqrt(s.subsample);  // of what attracts
+  const double automatic = automatic_support_radius(s.widen ? spacing : scale.spacing, scale.noise);
   s.project.support_radius = s.h_rel > 0 ? s.h_rel * prepared.diagonal : s.h_factor * automatic;
   timer.start("particles");
   const PointCloud start = choose_particles(points, s.particles, context);
 
-  std::vector<Vec3> before;
+  // Not those that the particles come from, which would start where they are drawn to.
+  RunContext other = context;
+  ++other.seed;
+  const PointCloud attracting =
+      s.subsample < 1 ? choose_particles(points, {.ratio = s.subsample}, other) : PointCloud(points);
+
+  std::vector<Vec3> before, now(start.size());
   Json series = Json::array();
   if (s.series)
     s.project.on_iteration = [&](const ProjectionProgress& p) {
@@ -191,12 +205,14 @@ int run(int argc, char** argv) {
       entry["iteration"] = p.iteration;
       entry["irregularity"] = irregularity(p.positions, context);
       entry["largest_move"] = p.largest_move / s.project.support_radius;
+      // ΔR (Preiner et al. 2014, section 8) of what the next iteration would have computed: p.repulsion may be older.
+      update_repulsion(p.positions, s.project.support_radius, s.project.repulsion_cutoff, now, context);
       std::vector<double> change;
       for (std::size_t i = 0; i < before.size(); ++i)
-        if (before[i].norm() > 0) change.push_back((p.repulsion[i] - before[i]).norm() / before[i].norm());
+        if (before[i].norm() > 0) change.push_back((now[i] - before[i]).norm() / before[i].norm());
       if (!change.empty())
         for (const double q : {0.1, 0.25, 0.5, 0.75, 0.9}) entry["coherence"].push_back(quantile(change, q));
-      before.assign(p.repulsion.begin(), p.repulsion.end());
+      before = now;
       series.push_back(entry);
     };
 
@@ -206,6 +222,7 @@ int run(int argc, char** argv) {
     if (s.split) {
       ProjectOptions still = s.project;
       still.repulsion = 0;
+      still.on_iteration = nullptr;
       timer.start("attraction");
       project(start, target, still, context);
     }
@@ -218,18 +235,18 @@ int run(int argc, char** argv) {
     result = start;
   } else if (s.method == "clop") {
     s.hem.sigma0 = s.sigma_factor * projection_sigma0(scale, s.hem.initial);
-    s.hem.spacing = scale.spacing;
+    s.hem.spacing = spacing;
     timer.start("mixture");
-    const Mixture mixture = build_mixture(points, s.hem, context);
+    const Mixture mixture = build_mixture(attracting, s.hem, context);
     components = mixture.size();
     projected(mixture);
   } else {
-    projected(points);
+    projected(attracting);
   }
 
   json["points"] = points.size();
   json["particles"] = start.size();
-  json["components"] = components;
+  json["attracting"] = s.method == "clop" ? components : attracting.size();
   json["h_rel"] = s.project.support_radius / prepared.diagonal;
   json["h_spacings"] = s.project.support_radius / scale.spacing;
   json["spacing_rel"] = scale.spacing / prepared.diagonal;
