@@ -152,6 +152,8 @@ class Whole(unittest.TestCase):
             self.assertTrue(0 < numbers(same)[0] < 1)
             if mixture:
                 self.assertLess(numbers(mixture)[1], numbers(same)[1])
+                # The fewer points attract, the more particles gather at each.
+                self.assertLess(1.1 * numbers(rows[k - 1][4])[1], numbers(same)[1])
 
     def test_density(self):
         rows = self.rows("density", 7, 16)
