@@ -260,14 +260,18 @@ def draw_subsample(runs):
             axes[0].plot(shares, error, **settings)
             axes[1].plot([seconds(run) for _, run in shown], error, **settings)
             axes[2].plot(shares, [run['irregularity'] for _, run in shown], **settings)
-    number = 'Gaussians or points, % of the points'
+    number = 'Gaussians or points, % of all points'
     axes[0].set(xscale='log', xlabel=number, ylabel='mean error, %', ylim=(0, None))
     axes[1].set(xscale='log', xlabel='CPU s', ylabel='mean error, %', ylim=(0, None))
     scans = list(dict.fromkeys(scan for scan, _ in runs))
     axes[1].set_title(', '.join(f'{line} {scan}' for line, scan in zip(('solid:', 'dashed:'), scans)), fontsize=10)
     axes[2].set(xscale='log', yscale='log', xlabel=number, ylabel='irregularity')
-    for axis in axes[::2]:
-        axis.set_xticks([5, 10, 25, 50, 100], ['5', '10', '25', '50', '100'])
+    shares = [5, 10, 25, 50, 100]
+    axes[0].set_xticks(shares, shares)
+    axes[1].set_xticks([10, 20, 50, 100], [10, 20, 50, 100])
+    axes[2].set_xticks(shares, shares)
+    axes[2].set_yticks([0.25, 0.5, 1, 2, 4], [0.25, 0.5, 1, 2, 4])
+    for axis in axes:
         axis.minorticks_off()
     axes[2].legend(frameon=False)
     return figure
