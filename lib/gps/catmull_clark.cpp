@@ -1,6 +1,6 @@
 #include <gpsrecon/core/parallel.h>
+#include <gpsrecon/gps/boundary_masks.h>
 #include <gpsrecon/gps/catmull_clark.h>
-#include <gpsrecon/gps/manifold_edges.h>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,9 +11,6 @@ namespace {
 
 using Topo = PolygonConnectivity;
 
-constexpr std::array kept_mask{1.0};
-constexpr std::array boundary_vertex_mask{3.0 / 4, 1.0 / 8, 1.0 / 8};
-constexpr std::array boundary_edge_mask{1.0 / 2, 1.0 / 2};
 constexpr std::array interior_edge_mask{1.0 / 4, 1.0 / 4, 1.0 / 4, 1.0 / 4};
 
 bool kept(const Topo& topology, Index v, CornerRule corners) {
@@ -68,9 +65,6 @@ struct BoundaryMode {
 
 using LimitMask = std::vector<LimitWeight>;
 
-constexpr std::array unused_mask{LimitWeight{1, 0, 0}};
-constexpr std::array corner_mask{LimitWeight{1, -1, -1}, LimitWeight{0, 1, 0}, LimitWeight{0, 0, 1}};
-
 /// Weights of v and, face by face, of the other end of the edge before it and of the opposite corner.
 LimitMask interior_mask(Index n) {
   const double step = 2 * std::numbers::pi / n, c = std::cos(step), count = n;
@@ -106,32 +100,11 @@ LimitMask boundary_mask(Index n) {
 }  // namespace
 
 PolygonConnectivity polygon_connectivity(const FaceList& faces, std::size_t vertex_count) {
-  HalfEdges half_edges = manifold_edges(faces, vertex_count);
-  Topo c;
-  c.vertex_count = vertex_count;
-  c.corners = faces.corners;
-  c.opposite = std::move(half_edges.opposite);
-  if (!faces.all_of_size(4)) {
-    c.face_offsets = faces.offsets;
-    c.faces.reserve(c.corners.size());
-    for (std::size_t f = 0; f < faces.size(); ++f)
-      c.faces.insert(c.faces.end(), faces[f].size(), static_cast<Index>(f));
-  }
-  c.edge.resize(c.corners.size());
-  c.edge_start.reserve(half_edges.edges);
-  c.vertex_start.assign(vertex_count, no_index);
-  c.face_count.assign(vertex_count, 0);
-  for (Index h = 0; h < c.corners.size(); ++h) {
-    if (c.opposite[h] != no_index && c.opposite[h] < h) {
-      c.edge[h] = c.edge[c.opposite[h]];
-    } else {
-      c.edge[h] = static_cast<Index>(c.edge_start.size());
-      c.edge_start.push_back(h);
-    }
-    const Index v = c.corners[h];
-    if (c.vertex_start[v] == no_index || c.opposite[h] == no_index) c.vertex_start[v] = h;
-    ++c.face_count[v];
-  }
+  Topo c{connectivity(faces, vertex_count), {}, {}};
+  if (faces.all_of_size(4)) return c;
+  c.face_offsets = faces.offsets;
+  c.faces.reserve(c.corners.size());
+  for (std::size_t f = 0; f < faces.size(); ++f) c.faces.insert(c.faces.end(), faces[f].size(), static_cast<Index>(f));
   return c;
 }
 
@@ -265,8 +238,8 @@ CatmullClarkLimitRows::CatmullClarkLimitRows(const PolygonConnectivity& connecti
     : connectivity_(connectivity),
       corners_(corners),
       refined_(refined),
-      unused_(masks_.add(unused_mask)),
-      corner_(masks_.add(corner_mask)),
+      unused_(masks_.add(unused_limit_mask)),
+      corner_(masks_.add(corner_limit_mask)),
       regular_boundary_(masks_.add(boundary_mask(2))),
       regular_interior_(masks_.add(interior_mask(4))),
       boundary_(

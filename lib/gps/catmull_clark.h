@@ -1,6 +1,7 @@
 #pragma once
 
 #include <gpsrecon/core/mesh.h>
+#include <gpsrecon/gps/connectivity.h>
 #include <gpsrecon/gps/stencils.h>
 #include <gpsrecon/gps/subdivide.h>
 
@@ -9,22 +10,13 @@
 
 namespace gpsrecon {
 
-/// Half-edges of a manifold, oriented polygon mesh: half-edge h leaves corners[h], those of a face are consecutive.
-struct PolygonConnectivity {
-  std::size_t vertex_count = 0;
-  std::vector<Index> corners;       ///< per half-edge: the vertex it leaves
-  std::vector<Index> opposite;      ///< per half-edge: the other one of its edge, no_index on the boundary
-  std::vector<Index> edge;          ///< per half-edge: its undirected edge
-  std::vector<Index> edge_start;    ///< per edge: one of its half-edges
-  std::vector<Index> vertex_start;  ///< per vertex: a half-edge leaving it, on the boundary the one without opposite,
-                                    ///< no_index if no face uses the vertex
-  std::vector<Index> face_count;    ///< per vertex: number of faces around it
+/// Half-edges of a polygon mesh; those of a face are consecutive.
+struct PolygonConnectivity : Connectivity {
   std::vector<Index> faces;         ///< per half-edge: its face; empty if all have four corners
   std::vector<Index> face_offsets;  ///< per face: its first half-edge, and the end; empty likewise
 
   bool quads() const { return faces.empty(); }
   std::size_t face_total() const { return quads() ? corners.size() / 4 : face_offsets.size() - 1; }
-  std::size_t edge_count() const { return edge_start.size(); }
   Index face(Index h) const { return quads() ? h / 4 : faces[h]; }
   Index face_start(Index f) const { return quads() ? 4 * f : face_offsets[f]; }
   Index face_size(Index f) const { return face_start(f + 1) - face_start(f); }
@@ -36,11 +28,7 @@ struct PolygonConnectivity {
     if (quads()) return h % 4 == 0 ? h + 3 : h - 1;
     return h == face_offsets[faces[h]] ? face_offsets[faces[h] + 1] - 1 : h - 1;
   }
-  Index source(Index h) const { return corners[h]; }
   Index target(Index h) const { return corners[next(h)]; }
-  bool unused(Index v) const { return vertex_start[v] == no_index; }
-  /// Precondition: a face uses v.
-  bool on_boundary(Index v) const { return opposite[vertex_start[v]] == no_index; }
 
   /// Calls visit(h) for the half-edges leaving v, counter-clockwise; returns the one that arrives last on a boundary,
   /// otherwise no_index. Precondition: a face uses v.
@@ -57,8 +45,7 @@ struct PolygonConnectivity {
   }
 };
 
-/// Throws InvariantError unless the faces are manifold and consistently oriented with corners below vertex_count.
-/// O(c log c) in the number of corners.
+/// Throws InvariantError as connectivity. O(c log c) in the number of corners.
 PolygonConnectivity polygon_connectivity(const FaceList& faces, std::size_t vertex_count);
 
 /// One quadrilateral per corner: half-edge h becomes quadrilateral h, (its source, its edge, its face, the edge

@@ -1,3 +1,4 @@
+#include <gpsrecon/gps/boundary_masks.h>
 #include <gpsrecon/gps/limit.h>
 #include <algorithm>
 #include <array>
@@ -9,9 +10,6 @@ namespace {
 
 using std::numbers::pi;
 using LimitMask = std::vector<LimitWeight>;
-
-constexpr std::array unused_mask{LimitWeight{1, 0, 0}};
-constexpr std::array corner_mask{LimitWeight{1, -1, -1}, LimitWeight{0, 1, 0}, LimitWeight{0, 0, 1}};
 
 LimitMask interior_mask(LoopWeights weights, Index n) {
   const double omega = 1 / (n + 3 / (8 * loop_beta(weights, n)));
@@ -51,8 +49,8 @@ LoopLimitRows::LoopLimitRows(const TriangleConnectivity& connectivity, LoopWeigh
     : connectivity_(connectivity),
       corners_(corners),
       refined_(refined),
-      unused_(masks_.add(unused_mask)),
-      corner_(masks_.add(corner_mask)),
+      unused_(masks_.add(unused_limit_mask)),
+      corner_(masks_.add(corner_limit_mask)),
       regular_boundary_(masks_.add(boundary_mask(3))),
       regular_interior_(masks_.add(interior_mask(weights, 6))),
       boundary_(

@@ -1,7 +1,7 @@
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/gps/limit_surface.h>
 #include <gpsrecon/gps/refinement_levels.h>
-#include <gpsrecon/gps/sample_surface.h>
+#include <gpsrecon/gps/surface_samples.h>
 #include <numeric>
 
 namespace gpsrecon {
@@ -29,7 +29,7 @@ SurfaceSamples LimitSurface::evaluate(const Mixture& control, bool limit, const 
   const Normalization normal_form = normalization(control);
   std::vector<DualPoint> dual = dual_points(control, normal_form, context);
   for (const auto& step : steps_) dual = refine_values<DualPoint>(step, dual, context);
-  return sample_surface(limit_, dual, normal_form, control.sigma0, faces_, {.limit = limit, .spread = true}, context);
+  return surface_samples(limit_, dual, normal_form, control.sigma0, faces_, {.limit = limit, .spread = true}, context);
 }
 
 std::vector<Index> LimitSurface::control_of_samples() const {

@@ -1,3 +1,4 @@
+#include <gpsrecon/gps/boundary_masks.h>
 #include <gpsrecon/gps/loop.h>
 #include <array>
 #include <cmath>
@@ -8,9 +9,6 @@ namespace {
 
 using Topo = TriangleConnectivity;
 
-constexpr std::array kept_mask{1.0};
-constexpr std::array boundary_vertex_mask{3.0 / 4, 1.0 / 8, 1.0 / 8};
-constexpr std::array boundary_edge_mask{1.0 / 2, 1.0 / 2};
 constexpr std::array interior_edge_mask{3.0 / 8, 3.0 / 8, 1.0 / 8, 1.0 / 8};
 
 std::vector<double> interior_vertex_mask(LoopWeights weights, Index n) {

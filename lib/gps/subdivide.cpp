@@ -6,8 +6,8 @@
 #include <gpsrecon/gps/face_normals.h>
 #include <gpsrecon/gps/refined_parameters.h>
 #include <gpsrecon/gps/refinement_levels.h>
-#include <gpsrecon/gps/sample_surface.h>
 #include <gpsrecon/gps/subdivide.h>
+#include <gpsrecon/gps/surface_samples.h>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -115,7 +115,7 @@ Mesh subdivide_uniformly(const CovMesh& mesh, const SubdivideOptions& options, c
   Mesh refined;
   refined.faces = levels.faces(context);
   const Normalization normal_form = normalization(mesh.vertices);
-  SurfaceSamples samples = sample_surface(
+  SurfaceSamples samples = surface_samples(
       levels.limit(), levels.refine_to_last(dual_points(mesh.vertices, normal_form, context), context), normal_form,
       mesh.vertices.sigma0, refined.faces, {.limit = options.limit, .covariances = options.covariances}, context);
   refined.positions = std::move(samples.positions);

@@ -1,6 +1,5 @@
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/parallel.h>
-#include <gpsrecon/gps/manifold_edges.h>
 #include <gpsrecon/gps/triangle_connectivity.h>
 
 namespace gpsrecon {
@@ -40,28 +39,7 @@ TriangleConnectivity triangle_connectivity(const FaceList& faces, std::size_t ve
     if (faces[f].size() != 3)
       throw InvariantError("subdivision: face " + std::to_string(f) + " has " + std::to_string(faces[f].size()) +
                            " corners; Loop's scheme refines triangles (Catmull and Clark's refines any)");
-  HalfEdges half_edges = manifold_edges(faces, vertex_count);
-
-  Topo c;
-  c.vertex_count = vertex_count;
-  c.corners = faces.corners;
-  c.opposite = std::move(half_edges.opposite);
-  c.edge.resize(c.corners.size());
-  c.edge_start.reserve(half_edges.edges);
-  c.vertex_start.assign(vertex_count, no_index);
-  c.face_count.assign(vertex_count, 0);
-  for (Index h = 0; h < c.corners.size(); ++h) {
-    if (c.opposite[h] != no_index && c.opposite[h] < h) {
-      c.edge[h] = c.edge[c.opposite[h]];
-    } else {
-      c.edge[h] = static_cast<Index>(c.edge_start.size());
-      c.edge_start.push_back(h);
-    }
-    const Index v = c.corners[h];
-    if (c.vertex_start[v] == no_index || c.opposite[h] == no_index) c.vertex_start[v] = h;
-    ++c.face_count[v];
-  }
-  return c;
+  return {connectivity(faces, vertex_count)};
 }
 
 TriangleConnectivity refine(const TriangleConnectivity& parent, const RunContext& context) {

@@ -2,30 +2,16 @@
 
 #include <gpsrecon/core/mesh.h>
 #include <gpsrecon/core/run_context.h>
-#include <vector>
+#include <gpsrecon/gps/connectivity.h>
 
 namespace gpsrecon {
 
-/// Half-edges of a manifold, oriented triangle mesh, made to be refined without sorting: half-edge h leaves
-/// corners[h] inside triangle h / 3, and one-to-four refinement gives every array of the child in closed form.
-struct TriangleConnectivity {
-  std::size_t vertex_count = 0;
-  std::vector<Index> corners;       ///< per half-edge: the vertex it leaves
-  std::vector<Index> opposite;      ///< per half-edge: the other one of its edge, no_index on the boundary
-  std::vector<Index> edge;          ///< per half-edge: its undirected edge
-  std::vector<Index> edge_start;    ///< per edge: one of its half-edges
-  std::vector<Index> vertex_start;  ///< per vertex: a half-edge leaving it, on the boundary the one without opposite,
-                                    ///< no_index if no face uses the vertex
-  std::vector<Index> face_count;    ///< per vertex: number of faces around it
-
+/// Half-edges of a triangle mesh, made to be refined without sorting: half-edge h lies in triangle h / 3, and
+/// one-to-four refinement gives every array of the child in closed form.
+struct TriangleConnectivity : Connectivity {
   static Index next(Index h) { return h % 3 == 2 ? h - 2 : h + 1; }
   static Index previous(Index h) { return h % 3 == 0 ? h + 2 : h - 1; }
-  std::size_t edge_count() const { return edge_start.size(); }
-  Index source(Index h) const { return corners[h]; }
   Index target(Index h) const { return corners[next(h)]; }
-  bool unused(Index v) const { return vertex_start[v] == no_index; }
-  /// Precondition: a face uses v.
-  bool on_boundary(Index v) const { return opposite[vertex_start[v]] == no_index; }
 
   /// Calls visit(h, arriving) for a half-edge of every edge at v counter-clockwise: of those that leave v, and on the
   /// boundary of the last that arrives there.
@@ -49,8 +35,7 @@ struct TriangleConnectivity {
   }
 };
 
-/// Connectivity of a face list. Throws InvariantError unless the faces are triangles, manifold and consistently
-/// oriented with corners below vertex_count. O(c log c) in the number of corners.
+/// Throws InvariantError unless the faces are triangles, and as connectivity. O(c log c) in the number of corners.
 TriangleConnectivity triangle_connectivity(const FaceList& faces, std::size_t vertex_count);
 
 /// One-to-four refinement. Vertices of the parent keep their index; the vertex on edge e is vertex_count + e. Face f

@@ -10,6 +10,8 @@ import tempfile
 import unittest
 from pathlib import Path
 
+import small_scans
+
 ROOT = Path(__file__).resolve().parent.parent.parent
 PROGRAM = Path(sys.argv.pop(1)).resolve()
 SKIPPED = 77
@@ -21,17 +23,13 @@ def numbers(cell):
 
 
 class Whole(unittest.TestCase):
-    """A quick run on three scans of a torus that go by the name of the koala."""
+    """A quick run on small scans."""
 
     @classmethod
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory()
         base = Path(cls.folder.name)
-        (base / "scans").mkdir()
-        (base / "truth").mkdir()
-        for grade in ("s1", "s2", "s3"):
-            subprocess.run([PROGRAM, "scan", "shape:torus", base / f"scans/koala.{grade}.ply", "--quality", grade, "--points",
-                            "3000", "--truth", base / "truth/koala.ply", "--quiet"], check=True)
+        small_scans.make(PROGRAM, base)
         cls.before = (ROOT / "docs/normals.md").read_text()
         cls.path = base / "normals.md"
         cls.path.write_text(cls.before)

@@ -54,9 +54,9 @@ inline NormalAndSpread limit_normal(const DualMap& map, const Sym3& precision, c
 /// the normal is that of the faces around, or, failing that, the thin axis of the Gaussian (of either sign).
 /// O(entries).
 template <class LimitRows>
-SurfaceSamples sample_surface(const LimitRows& limit, const std::vector<DualPoint>& dual,
-                              const Normalization& normal_form, double sigma0, const FaceList& faces,
-                              const SampleOptions& options, const RunContext& context) {
+SurfaceSamples surface_samples(const LimitRows& limit, const std::vector<DualPoint>& dual,
+                               const Normalization& normal_form, double sigma0, const FaceList& faces,
+                               const SampleOptions& options, const RunContext& context) {
   const std::size_t count = limit.rows();
   SurfaceSamples samples;
   samples.positions.resize(count);
