@@ -389,6 +389,8 @@ class Benchmark:
                 if judged:
                     figures.update(self.judge(mesh, scan))
             except UnreadableFile as unreadable:
+                if f"error: {mesh}: " not in str(unreadable):
+                    raise
                 figures["status"] = f"no mesh: {str(unreadable).rsplit(': ', 1)[-1]}"
             except RunFailed as failed:
                 figures["status"] = str(failed)

@@ -32,7 +32,8 @@ def row(**figures):
 
 
 class Whole(unittest.TestCase):
-    """On a sphere, with stand-ins for the other programs: Poisson that returns the truth, and a front that fails."""
+    """On a sphere, with stand-ins for the other programs: Poisson that returns the truth, another that finds
+    nothing, and a front that fails."""
 
     @classmethod
     def setUpClass(cls):
@@ -46,6 +47,8 @@ class Whole(unittest.TestCase):
         subprocess.run([PROGRAM, "scan", "shape:block", base / "unused.ply", "--truth", truth, "--quiet"], check=True)
         write_script(cls.programs / "peer_normals", 'test "$3" = 18 && cp "$1" "$2"\n')
         write_script(cls.programs / "peer_cgal_front", 'echo it is too steep >&2\nexit 9\n')
+        write_script(cls.programs / "peer_cgal_poisson", 'printf "ply\\nformat ascii 1.0\\nelement vertex 0\\nproperty float x\\n'
+                     'property float y\\nproperty float z\\nelement face 0\\nproperty list uchar int vertex_indices\\nend_header\\n" > "$2"\n')
         # Called as: PoissonRecon --in POINTS --out MESH --depth D
         write_script(cls.path / "PoissonRecon", f'test "$2" != "$4" && test -f "$2" && test "$6" -ge 7 && cp {truth} "$4"\n')
         cls.first = cls.run_benchmark()
@@ -61,7 +64,7 @@ class Whole(unittest.TestCase):
     def run_benchmark(cls, *arguments):
         command = [ROOT / "scripts/benchmark.py", "--quick", "--programs", cls.programs, "--out", cls.out,
                    "--only", "^block.s2$", "--points", "2500", "--samples", "2000", "--parts", "accuracy,budget",
-                   "--methods", "gpsrecon,PoissonRecon,cgal_front", *arguments]
+                   "--methods", "gpsrecon,PoissonRecon,cgal_poisson,cgal_front", *arguments]
         environment = {**os.environ, "PATH": f"{cls.path}:{os.environ['PATH']}"}
         return subprocess.run(list(map(str, command)), capture_output=True, text=True, env=environment)
 
@@ -104,6 +107,8 @@ class Whole(unittest.TestCase):
         (front,) = [r for r in self.rows if r["method"] == "cgal_front"]
         self.assertEqual(front["status"], "exit code 9: it is too steep")
         self.assertIn("exit code 9: it is too steep", (self.out / "benchmark.md").read_text())
+        (nothing,) = [r for r in self.rows if r["method"] == "cgal_poisson"]
+        self.assertRegex(nothing["status"], "^no mesh: holds no ")
 
     def test_budget_is_a_tenth_of_the_vertices_at_each_depth(self):
         rows = benchmark_page.select(self.rows, part="budget")
