@@ -13,6 +13,8 @@
 namespace gpsrecon {
 namespace {
 
+/// Cosine between a triangle and the outer side of a corner: a triangle at right angles to a crease may lean over a bit.
+constexpr double least_facing = -0.1;
 constexpr double sector_tolerance = 1e-3;  // sine of an angle that still counts as touching, not overlapping
 
 /// Two-dimensional coordinates in the plane of a normal.
@@ -77,10 +79,13 @@ bool TriangleJudge::keeps_fans(Index v, Index next, Index previous) const {
   return at != next || count == surface_.triangles_around(v).size();
 }
 
-/// A flat Gaussian belongs to one sheet, so all triangles around it show the same side of it. Dihedral angles alone let
-/// a front fold back over a few triangles and go on inside out.
+/// The triangles around a Gaussian show its outer side. Where that is not known: a flat Gaussian belongs to one sheet, so
+/// all triangles around it show the same side of it. Dihedral angles alone let a front fold back over a few triangles and
+/// go on inside out.
 bool TriangleJudge::turns_back(Index v, const Vec3& normal) const {
-  const Vec3& sheet = sheet_normals_[v];
+  const Vec3& outer = sheets_.outer[v];
+  if (!outer.isZero(0)) return outer.dot(normal) < least_facing;
+  const Vec3& sheet = sheets_.normals[v];
   double side = 0;
   for (const Index t : surface_.triangles_around(v)) side += surface_.normal(t).dot(sheet);
   return side * normal.dot(sheet) < 0;
@@ -147,13 +152,14 @@ struct FrontEdge {
 
 class Front {
  public:
-  Front(GrowingSurface& surface, const OverlapGraph& graph, const std::vector<Vec3>& sheet_normals,
-        const TriangulateOptions& options, const RunContext& context)
+  Front(GrowingSurface& surface, const OverlapGraph& graph, const Sheets& sheets, const TriangulateOptions& options,
+        const RunContext& context)
       : surface_(surface),
         graph_(graph),
+        sheets_(sheets),
         options_(options),
         context_(context),
-        judge_(graph, sheet_normals, surface, options.min_dihedral) {}
+        judge_(graph, sheets, surface, options.min_dihedral) {}
 
   void grow() {
     constexpr std::size_t worth_revisiting = 64;
@@ -202,7 +208,8 @@ class Front {
     return found;
   }
 
-  /// Starts a new piece of surface on three unused vertices, oriented like the surface around it, if there is any.
+  /// Starts a new piece of surface on three unused vertices, outer side up, or else oriented like the surface around
+  /// it, if there is any.
   bool plant(const Seed& seed) {
     auto [a, b, c] = seed.triangle;
     for (const Index v : seed.triangle)
@@ -210,13 +217,21 @@ class Front {
     const Vec3 normal = surface_.unit_normal(a, b, c);
     if (normal.isZero(0)) return false;
     double agreement = 0;
-    for (const Index v : seed.triangle)
-      for (const OverlapGraph::Link& link : graph_[v])
-        for (const Index t : surface_.triangles_around(link.to))
-          agreement += std::exp(link.log_overlap) * normal.dot(surface_.normal(t));
+    for (const Index v : seed.triangle) agreement += normal.dot(sheets_.outer[v]);
+    if (agreement == 0) agreement = agreement_around(seed.triangle, normal);
     if (agreement < 0) std::swap(b, c);
     add({a, b, c});
     return true;
+  }
+
+  /// How far the surface around a triangle shows the side of the normal.
+  double agreement_around(const GrowingSurface::Triangle& triangle, const Vec3& normal) const {
+    double agreement = 0;
+    for (const Index v : triangle)
+      for (const OverlapGraph::Link& link : graph_[v])
+        for (const Index t : surface_.triangles_around(link.to))
+          agreement += std::exp(link.log_overlap) * normal.dot(surface_.normal(t));
+    return agreement;
   }
 
   void advance() {
@@ -335,6 +350,7 @@ class Front {
 
   GrowingSurface& surface_;
   const OverlapGraph& graph_;
+  const Sheets& sheets_;
   const TriangulateOptions& options_;
   const RunContext& context_;
   TriangleJudge judge_;
@@ -346,9 +362,9 @@ class Front {
 
 }  // namespace
 
-void grow_front(GrowingSurface& surface, const OverlapGraph& graph, const std::vector<Vec3>& sheet_normals,
+void grow_front(GrowingSurface& surface, const OverlapGraph& graph, const Sheets& sheets,
                 const TriangulateOptions& options, const RunContext& context) {
-  Front(surface, graph, sheet_normals, options, context).grow();
+  Front(surface, graph, sheets, options, context).grow();
 }
 
 }  // namespace gpsrecon

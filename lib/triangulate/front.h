@@ -12,14 +12,24 @@ namespace gpsrecon {
 /// outliers: without the kernel σ0² its smallest deviation is more than half the middle one.
 std::vector<Vec3> sheet_normals(const Mixture& mixture, const RunContext& context);
 
+/// What is known of the sheet that each component lies in.
+struct Sheets {
+  std::vector<Vec3> normals;  ///< sheet_normals(): of either sign, zero where not flat
+  std::vector<Vec3> outer;    ///< outer_normals(): zero where unknown
+
+  /// Of which the outer sides are not known.
+  explicit Sheets(std::vector<Vec3> sheet_normals)
+      : normals(std::move(sheet_normals)), outer(normals.size(), Vec3::Zero()) {}
+};
+
 /// Judges triangles against the surface so far; shared by the front and the repair.
 class TriangleJudge {
  public:
   /// With `lenient` triangles may overlap others around their vertices in projection and turn their back on them.
-  TriangleJudge(const OverlapGraph& graph, const std::vector<Vec3>& sheet_normals, const GrowingSurface& surface,
-                double min_dihedral, bool lenient = false)
+  TriangleJudge(const OverlapGraph& graph, const Sheets& sheets, const GrowingSurface& surface, double min_dihedral,
+                bool lenient = false)
       : graph_(graph),
-        sheet_normals_(sheet_normals),
+        sheets_(sheets),
         surface_(surface),
         min_dihedral_(min_dihedral),
         lenient_(lenient) {}
@@ -39,7 +49,7 @@ class TriangleJudge {
   bool overlaps_fan(Index v, const GrowingSurface::Triangle& triangle, const Vec3& normal) const;
 
   const OverlapGraph& graph_;
-  const std::vector<Vec3>& sheet_normals_;
+  const Sheets& sheets_;
   const GrowingSurface& surface_;
   double min_dihedral_;
   bool lenient_;
@@ -47,7 +57,7 @@ class TriangleJudge {
 
 /// Grows the surface over the graph from the most plausible seed triangles, always by the most plausible triangle at
 /// any edge of the front, until no triangle can be added.
-void grow_front(GrowingSurface& surface, const OverlapGraph& graph, const std::vector<Vec3>& sheet_normals,
+void grow_front(GrowingSurface& surface, const OverlapGraph& graph, const Sheets& sheets,
                 const TriangulateOptions& options, const RunContext& context);
 
 }  // namespace gpsrecon

@@ -1,81 +1,28 @@
 #include <gpsrecon/triangulate/inside_out.h>
+#include <gpsrecon/triangulate/sheet_forest.h>
 #include <algorithm>
-#include <cmath>
-#include <numeric>
 
 namespace gpsrecon {
 namespace {
 
-/// Normals at a larger angle say little about each other's sign.
-constexpr double parallel = 0.7;
 /// Smaller patches are left to the closing of pinholes.
 constexpr std::size_t min_patch = 8;
-
-/// Disjoint sets whose members have a sign relative to each other.
-class SignedSets {
- public:
-  explicit SignedSets(std::size_t n) : parent_(n), sign_(n, 1) { std::iota(parent_.begin(), parent_.end(), Index{0}); }
-
-  struct Root {
-    Index set;
-    int sign;  ///< of the member relative to the root
-  };
-  Root find(Index v) {
-    Index root = v;
-    int sign = 1;
-    while (parent_[root] != root) sign *= sign_[root], root = parent_[root];
-    for (Index at = v, next; at != root; at = next) {  // path compression
-      next = parent_[at];
-      const int below = sign_[at];
-      parent_[at] = root;
-      sign_[at] = sign;
-      sign *= below;
-    }
-    return {root, sign_[v]};
-  }
-  void join(Index a, Index b, int sign) {
-    const Root ra = find(a), rb = find(b);
-    if (ra.set == rb.set) return;
-    parent_[rb.set] = ra.set;
-    sign_[rb.set] = ra.sign * rb.sign * sign;
-  }
-
- private:
-  std::vector<Index> parent_;
-  std::vector<int> sign_;
-};
 
 /// Per component: 1 if the triangles around it show the side that most of its tree shows, -1 the other, 0 unknown.
 std::vector<int> agreement(const GrowingSurface& surface, const OverlapGraph& graph,
                            const std::vector<Vec3>& sheet_normals) {
-  struct Relation {
-    double log_overlap;
-    Index a, b;
-    int sign;
-  };
   const std::size_t n = sheet_normals.size();
-  const auto known = [&](Index v) { return surface.used(v) && !sheet_normals[v].isZero(0); };
-  std::vector<Relation> relations;
-  for (Index a = 0; a < n; ++a) {
-    if (!known(a)) continue;
-    for (const OverlapGraph::Link& link : graph[a]) {
-      if (link.to <= a || !known(link.to)) continue;
-      const double cosine = sheet_normals[a].dot(sheet_normals[link.to]);
-      if (std::abs(cosine) > parallel)
-        relations.push_back({link.log_overlap + std::log(std::abs(cosine)), a, link.to, cosine < 0 ? -1 : 1});
-    }
-  }
-  std::sort(relations.begin(), relations.end(), [](const Relation& x, const Relation& y) {
-    if (x.log_overlap != y.log_overlap) return x.log_overlap > y.log_overlap;
-    return x.a != y.a ? x.a < y.a : x.b < y.b;
-  });
+  std::vector<Vec3> used(n, Vec3::Zero());
+  for (Index v = 0; v < n; ++v)
+    if (surface.used(v)) used[v] = sheet_normals[v];
   SignedSets sets(n);
-  for (const Relation& r : relations) sets.join(r.a, r.b, r.sign);
+  for (const SheetLink& link : sheet_links(graph, used))
+    if (sets.find(link.a).set != sets.find(link.b).set) sets.join(link.a, link.b, link.sign);
 
   std::vector<int> shown(n, 0);
   std::vector<long> balance(n, 0);
   for (Index v = 0; v < n; ++v) {
-    if (!known(v)) continue;
+    if (used[v].isZero(0)) continue;
     double side = 0;
     for (const Index t : surface.triangles_around(v)) side += surface.normal(t).dot(sheet_normals[v]);
     const SignedSets::Root root = sets.find(v);

@@ -251,7 +251,7 @@ bool reopen_and_close(GrowingSurface& surface, const Loop& loop, const Close& cl
 }  // namespace
 
 std::size_t close_pinholes(GrowingSurface& surface, const Mixture& mixture, const OverlapGraph& graph,
-                           const std::vector<Vec3>& sheet_normals, const TriangulateOptions& options) {
+                           const Sheets& sheets, const TriangulateOptions& options) {
   const auto max_edges = static_cast<std::size_t>(options.max_pinhole_edges);
   const std::vector<std::size_t> faces_of_piece = piece_sizes(surface);
   std::size_t closed = 0;
@@ -271,8 +271,8 @@ std::size_t close_pinholes(GrowingSurface& surface, const Mixture& mixture, cons
   };
   // First by the rules of the front; then at angles and with slight overlaps that it shuns: a crumpled patch of a few
   // triangles does less harm than a hole.
-  const TriangleJudge strict(graph, sheet_normals, surface, options.min_dihedral);
-  const TriangleJudge lenient(graph, sheet_normals, surface, 0.02, true);
+  const TriangleJudge strict(graph, sheets, surface, options.min_dihedral);
+  const TriangleJudge lenient(graph, sheets, surface, 0.02, true);
   close_with(strict);
   close_with(lenient);
   for (const Loop& loop : gap_loops(surface))

@@ -10,6 +10,6 @@ namespace gpsrecon {
 /// Closes boundary loops of at most options.max_pinhole_edges edges with triangles between vertices that overlap, where
 /// possible around a component that is still unused. Returns the number of loops closed.
 std::size_t close_pinholes(GrowingSurface& surface, const Mixture& mixture, const OverlapGraph& graph,
-                           const std::vector<Vec3>& sheet_normals, const TriangulateOptions& options);
+                           const Sheets& sheets, const TriangulateOptions& options);
 
 }  // namespace gpsrecon

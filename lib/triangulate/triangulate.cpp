@@ -6,6 +6,7 @@
 #include <gpsrecon/triangulate/inside_out.h>
 #include <gpsrecon/triangulate/light_components.h>
 #include <gpsrecon/triangulate/orient.h>
+#include <gpsrecon/triangulate/outer_sides.h>
 #include <gpsrecon/triangulate/overlap_graph.h>
 #include <gpsrecon/triangulate/pieces.h>
 #include <gpsrecon/triangulate/pinholes.h>
@@ -79,13 +80,15 @@ Triangulation triangulate(const Mixture& mixture, const TriangulateOptions& opti
   const std::vector<Index> light = light_components(mixture, graph, options.min_weight_share);
   if (!light.empty()) graph = without(graph, light);
   context.progress("triangulate", 0.1);
-  const std::vector<Vec3> sheets = sheet_normals(mixture, context);
+  Sheets sheets(sheet_normals(mixture, context));
+  sheets.outer = outer_normals(mixture, graph, sheets.normals, context);
+  graph = without_opposed(graph, sheets.outer);
   GrowingSurface surface(mixture.means);
   grow_front(surface, graph, sheets, options, context);
 
   Triangulation result;
   GrowingSurface mended = surface;
-  if (const std::size_t turned = turn_inside_out(mended, graph, sheets); turned > 0) {
+  if (const std::size_t turned = turn_inside_out(mended, graph, sheets.normals); turned > 0) {
     grow_front(mended, graph, sheets, options, context);
     if (mended.front_edges() < surface.front_edges()) {
       result.turned_triangles = turned;

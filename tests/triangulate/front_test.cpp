@@ -13,7 +13,7 @@ constexpr double pi = std::numbers::pi;
 struct Scene {
   Mixture mixture;
   OverlapGraph graph;
-  std::vector<Vec3> sheets;
+  Sheets sheets;
   GrowingSurface surface;
   TriangleJudge strict, lenient;
 
@@ -21,7 +21,7 @@ struct Scene {
   explicit Scene(const std::vector<Vec3>& points, double min_dihedral = pi / 6)
       : mixture(around(points)),
         graph(overlap_graph(mixture, 1e-9, {})),
-        sheets(points.size(), Vec3::Zero()),
+        sheets(std::vector<Vec3>(points.size(), Vec3::Zero())),
         surface(mixture.means),
         strict(graph, sheets, surface, min_dihedral),
         lenient(graph, sheets, surface, min_dihedral, true) {}
@@ -140,10 +140,36 @@ TEST(TriangleJudge, AFlatGaussianShowsOneSide) {
   // Turned over, in another sector: only the sheet of vertex 0 can tell.
   EXPECT_TRUE(s.strict.dihedral(0, 4, 3).has_value());
   for (const double sign : {1.0, -1.0}) {
-    s.sheets[0] = sign * Vec3::UnitZ();
+    s.sheets.normals[0] = sign * Vec3::UnitZ();
     EXPECT_FALSE(s.strict.dihedral(0, 4, 3).has_value());
     EXPECT_TRUE(s.strict.dihedral(0, 3, 4).has_value());
     EXPECT_TRUE(s.lenient.dihedral(0, 4, 3).has_value());
+  }
+}
+
+TEST(TriangleJudge, TheOuterSideFacesOutward) {
+  // Nothing is there yet to agree with.
+  Scene s({Vec3::Zero(), on_circle(0), on_circle(60)});
+  for (const double sign : {1.0, -1.0}) {
+    s.sheets.outer[1] = sign * Vec3::UnitZ();
+    EXPECT_EQ(s.strict.dihedral(0, 1, 2).has_value(), sign > 0);
+    EXPECT_EQ(s.strict.dihedral(0, 2, 1).has_value(), sign < 0);
+    EXPECT_TRUE(s.lenient.dihedral(0, 1, 2).has_value());
+    EXPECT_TRUE(s.lenient.dihedral(0, 2, 1).has_value());
+  }
+  // At right angles either will do.
+  s.sheets.outer[1] = Vec3::UnitX();
+  EXPECT_TRUE(s.strict.dihedral(0, 1, 2).has_value());
+  EXPECT_TRUE(s.strict.dihedral(0, 2, 1).has_value());
+}
+
+TEST(Front, StartsOuterSideUp) {
+  for (const double sign : {1.0, -1.0}) {
+    Scene s({Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(1, 1, 0)});
+    s.sheets.outer.assign(4, sign * Vec3::UnitZ());
+    grow_front(s.surface, s.graph, s.sheets, {}, {});
+    ASSERT_EQ(s.surface.faces().size(), 2U);
+    for (Index t = 0; t < 2; ++t) EXPECT_EQ(s.surface.normal(t).z(), sign);
   }
 }
 
@@ -159,7 +185,7 @@ TEST(Front, LeavesNoFansThatOnlyTouch) {
       m.weights.push_back(1);
     }
     GrowingSurface surface(m.means);
-    grow_front(surface, overlap_graph(m, 0.01, {}), sheet_normals(m, {}), {}, {});
+    grow_front(surface, overlap_graph(m, 0.01, {}), Sheets(sheet_normals(m, {})), {}, {});
     EXPECT_TRUE(topology(surface.faces(), m.size()).manifold()) << seed;
     faces += surface.faces().size();
   }
@@ -204,8 +230,8 @@ TEST(Front, GaussiansOfNoSheetDoNotFoldInThePlane) {
     m.weights.assign(m.means.size(), 1.0);
     const TriangulateOptions options;
     const OverlapGraph graph = overlap_graph(m, options.min_overlap, {});
-    const std::vector<Vec3> sheets = sheet_normals(m, {});
-    EXPECT_EQ(sheets[0], Vec3::Zero());
+    const Sheets sheets(sheet_normals(m, {}));
+    EXPECT_EQ(sheets.normals[0], Vec3::Zero());
     GrowingSurface surface(m.means);
     grow_front(surface, graph, sheets, options, {});
     const FaceList faces = surface.faces();

@@ -15,10 +15,9 @@ using test::Random;
 /// A closed triangulation of Gaussians on a sphere, all of them used, to make holes in.
 class Pinholes : public testing::Test {
  protected:
-  Pinholes() : mixture_(test::tangent_discs(test::fibonacci_sphere(500))) {
+  Pinholes() : mixture_(test::tangent_discs(test::fibonacci_sphere(500))), sheets_(sheet_normals(mixture_, {})) {
     full_ = triangulate(mixture_).mesh.faces;
     graph_ = overlap_graph(mixture_, options_.min_overlap, {});
-    sheets_ = sheet_normals(mixture_, {});
   }
   void SetUp() override { ASSERT_EQ(full_.size(), 2 * mixture_.size() - 4); }
 
@@ -42,7 +41,7 @@ class Pinholes : public testing::Test {
   Mixture mixture_;
   FaceList full_;
   OverlapGraph graph_;
-  std::vector<Vec3> sheets_;
+  Sheets sheets_;
 };
 
 TEST_F(Pinholes, NothingToCloseOnAClosedSurface) {
