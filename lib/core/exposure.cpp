@@ -30,11 +30,11 @@ View view_number(int v) {
 
 /// A weighted Gaussian in a view: its marginal density over the image, and that along the ray at a place of the image.
 struct Splat {
-  double x, y, depth;          // of the mean
-  double pxx, pxy, pyy;        // precision of the marginal
-  double slope_x, slope_y;     // of the mean depth over the image
-  double inverse_deviation;    // of the depth given the place
-  double peak;                 // of the weighted marginal
+  double x, y, depth;        // of the mean
+  double pxx, pxy, pyy;      // precision of the marginal
+  double slope_x, slope_y;   // of the mean depth over the image
+  double inverse_deviation;  // of the depth given the place
+  double peak;               // of the weighted marginal
 
   Splat() = default;
   Splat(const View& view, const Vec3& mean, const Sym3& covariance, double weight)
@@ -145,16 +145,15 @@ Exposure exposure(const Mixture& mixture, const RunContext& context) {
   Exposure result{std::vector<Vec3>(n), std::vector<double>(n, 0), std::vector<double>(n, 0),
                   std::vector<Vec3>(n, Vec3::Zero())};
   if (n == 0) return result;
-  parallel_for(n, context, [&](std::size_t i) {
-    result.axis[i] = eigen_decomposition(mixture.covariances[i]).vectors.col(0);
-  });
+  parallel_for(n, context,
+               [&](std::size_t i) { result.axis[i] = eigen_decomposition(mixture.covariances[i]).vectors.col(0); });
   const std::vector<double> weights = even_weights(mixture, result.axis, context);
   std::vector<Splat> splats(n);
+  std::vector<double> unshaded(n, 0);  // light on either side, if there were no others
   for (int v = 0; v < view_count; ++v) {
     const View view = view_number(v);
-    parallel_for(n, context, [&](std::size_t i) {
-      splats[i] = Splat(view, mixture.means[i], mixture.covariances[i], weights[i]);
-    });
+    parallel_for(n, context,
+                 [&](std::size_t i) { splats[i] = Splat(view, mixture.means[i], mixture.covariances[i], weights[i]); });
     const SplatGrid grid(splats);
     parallel_for(
         n, context,
@@ -173,16 +172,16 @@ Exposure exposure(const Mixture& mixture, const RunContext& context) {
           }
           const double toward = std::exp(-optical_depth * before), away = std::exp(-optical_depth * behind);
           const double cosine = result.axis[i].dot(view.toward);
+          unshaded[i] += std::abs(cosine);
           result.front[i] += std::abs(cosine) * (cosine > 0 ? toward : away);
           result.back[i] += std::abs(cosine) * (cosine > 0 ? away : toward);
           result.bent_normal[i] += (toward - away) * view.toward;
         },
         256);
   }
-  // Σ|cos| over directions spread evenly is half their number.
   for (std::size_t i = 0; i < n; ++i) {
-    result.front[i] /= 0.5 * view_count;
-    result.back[i] /= 0.5 * view_count;
+    result.front[i] /= unshaded[i];
+    result.back[i] /= unshaded[i];
     result.bent_normal[i] /= view_count;
   }
   return result;

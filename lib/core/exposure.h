@@ -9,8 +9,8 @@ namespace gpsrecon {
 /// How much of the sky each component of a mixture sees past the others, on either side of the sheet it lies in.
 struct Exposure {
   std::vector<Vec3> axis;  ///< unit normal of the sheet, of either sign: the axis of the smallest variance
-  /// Share of the light of an evenly bright sky that reaches the sheet on the side of the axis, and on the other side.
-  /// In [0, 1]; nearly 0 and 1 on closed surfaces, nearly equal on flat open sheets.
+  /// Share of the light of an evenly bright sky that reaches the component on the side of the axis, and on the other
+  /// side. In [0, 1]; one is many times the other on closed surfaces, they are equal on flat sheets alone.
   std::vector<double> front, back;
   /// Mean direction the light comes from, that of the opposite directions subtracted: the bent normal of ambient
   /// occlusion. At most 1 long; on closed surfaces it points outward, on creases and tips too.

@@ -13,9 +13,8 @@ using Topo = TriangleConnectivity;
 
 /// Fewer points around an edge do not settle whether it is to be split.
 constexpr double min_points = 4;
-/// How far above its bound the squared sum of weighted residuals must be. The bound itself takes every weight for the
-/// largest, a half, and so is about five times what pure noise gives: few edges in a hundred pass by chance.
-constexpr double min_evidence = 1.2;
+/// The bound that the squared sum of weighted residuals must exceed takes every weight for the largest, a half, and so
+/// is about five times what pure noise gives: few edges in a hundred pass by chance.
 constexpr double largest_weight = 0.5;
 
 /// Per face the half-edge of its longest edge.
@@ -132,7 +131,7 @@ std::vector<double> edges_with_detail(const LimitSurface& surface, const Triangl
     const std::size_t v = topology.vertex_count + e;
     if (points[v] < min_points || topology.opposite[topology.edge_start[e]] == no_index) continue;
     const double chance = largest_weight * square[v];
-    if (moment[v] * moment[v] > min_evidence * chance) evidence[e] = moment[v] * moment[v] / chance;
+    if (moment[v] * moment[v] > chance) evidence[e] = moment[v] * moment[v] / chance;
   }
   return evidence;
 }

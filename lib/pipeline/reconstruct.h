@@ -15,7 +15,7 @@ namespace gpsrecon {
 /// Options of the whole flow: those of the stages, and what only makes sense across them.
 struct ReconstructOptions {
   ScaleOptions scale;
-  HemOptions hem{.flat_levels = 2, .initial = InitialCovariance::local};
+  HemOptions hem{.flat_levels = 4, .initial = InitialCovariance::local};
   TriangulateOptions triangulate;
   FitOptions fit;
   SubdivideOptions subdivide;

@@ -13,7 +13,8 @@
 namespace gpsrecon {
 namespace {
 
-/// Cosine between a triangle and the outer side of a corner: a triangle at right angles to a crease may lean over a bit.
+/// Cosine between a triangle and the outer side of a corner: a triangle at right angles to a crease may lean over a
+/// bit.
 constexpr double least_facing = -0.1;
 constexpr double sector_tolerance = 1e-3;  // sine of an angle that still counts as touching, not overlapping
 
@@ -79,9 +80,9 @@ bool TriangleJudge::keeps_fans(Index v, Index next, Index previous) const {
   return at != next || count == surface_.triangles_around(v).size();
 }
 
-/// The triangles around a Gaussian show its outer side. Where that is not known: a flat Gaussian belongs to one sheet, so
-/// all triangles around it show the same side of it. Dihedral angles alone let a front fold back over a few triangles and
-/// go on inside out.
+/// The triangles around a Gaussian show its outer side. Where that is not known: a flat Gaussian belongs to one sheet,
+/// so all triangles around it show the same side of it. Dihedral angles alone let a front fold back over a few
+/// triangles and go on inside out.
 bool TriangleJudge::turns_back(Index v, const Vec3& normal) const {
   const Vec3& outer = sheets_.outer[v];
   if (!outer.isZero(0)) return outer.dot(normal) < least_facing;

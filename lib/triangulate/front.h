@@ -28,11 +28,7 @@ class TriangleJudge {
   /// With `lenient` triangles may overlap others around their vertices in projection and turn their back on them.
   TriangleJudge(const OverlapGraph& graph, const Sheets& sheets, const GrowingSurface& surface, double min_dihedral,
                 bool lenient = false)
-      : graph_(graph),
-        sheets_(sheets),
-        surface_(surface),
-        min_dihedral_(min_dihedral),
-        lenient_(lenient) {}
+      : graph_(graph), sheets_(sheets), surface_(surface), min_dihedral_(min_dihedral), lenient_(lenient) {}
 
   /// ln(BC_ab BC_bc BC_ca), Preiner et al. 2019, Eq. 20; nullopt if a pair overlaps too little.
   std::optional<double> log_overlap(Index a, Index b, Index c) const;

@@ -8,14 +8,28 @@ namespace {
 
 /// Trees whose light differs, between the sides, by less than what half a fully exposed component gets have no say.
 constexpr double least_evidence = 0.5;
-/// (lit - unlit) / (lit + unlit), where light reaches one side of a closed surface.
-constexpr double closed = 0.75;
+/// Least (lit - unlit) / (lit + unlit) of a closed surface.
+constexpr double closed = 0.5;
 constexpr double opposed = -0.5;
 
-/// Light on the flat components of each set, signed like its root: front minus back, and both together.
+/// Light on flat components: on the side their normals point to minus that on the other, and both together.
 struct Light {
-  std::vector<double> difference, total;
+  double difference = 0, total = 0;
+
+  bool from_one_side() const { return std::abs(difference) > closed * total; }
+  Light turned(int sign) const { return {sign * difference, total}; }
+  Light& operator+=(const Light& other) {
+    difference += other.difference;
+    total += other.total;
+    return *this;
+  }
 };
+
+/// Both get light from one side, and not from the same.
+bool face_opposite_ways(const Light& a, const Light& b) {
+  return a.from_one_side() && b.from_one_side() && a.difference * b.difference < 0 &&
+         std::min(std::abs(a.difference), std::abs(b.difference)) > least_evidence;
+}
 
 /// Numbers the connected parts of the graph.
 std::vector<Index> connected_parts(const OverlapGraph& graph, std::size_t n) {
@@ -42,41 +56,40 @@ std::vector<Vec3> outer_normals(const Mixture& mixture, const OverlapGraph& grap
                                 const std::vector<Vec3>& sheet_normals, const RunContext& context) {
   const std::size_t n = mixture.size();
   const Exposure seen = exposure(mixture, context);
-  Light light{std::vector<double>(n, 0), std::vector<double>(n, 0)};
+  std::vector<Light> light(n);
   for (Index i = 0; i < n; ++i) {
     if (sheet_normals[i].isZero(0)) continue;
     const double difference = seen.front[i] - seen.back[i];
-    light.difference[i] = sheet_normals[i].dot(seen.axis[i]) < 0 ? -difference : difference;
-    light.total[i] = seen.front[i] + seen.back[i];
+    light[i] = {sheet_normals[i].dot(seen.axis[i]) < 0 ? -difference : difference, seen.front[i] + seen.back[i]};
   }
 
   SignedSets sets(n);
+  std::vector<Light> on_set = light;  // per root, signed like it
   for (const SheetLink& link : sheet_links(graph, sheet_normals)) {
     const SignedSets::Root a = sets.find(link.a), b = sets.find(link.b);
     if (a.set == b.set) continue;
-    const int sign = a.sign * b.sign * link.sign;
-    const double on_a = light.difference[a.set], on_b = sign * light.difference[b.set];
-    if (on_a * on_b < 0 && std::min(std::abs(on_a), std::abs(on_b)) > least_evidence) continue;
+    const Light other = on_set[b.set].turned(a.sign * b.sign * link.sign);
+    if (face_opposite_ways(on_set[a.set], other)) continue;
     sets.join(link.a, link.b, link.sign);
-    light.difference[a.set] = on_a + on_b;
-    light.total[a.set] += light.total[b.set];
+    on_set[a.set] += other;
   }
 
   const std::vector<Index> part = connected_parts(graph, n);
-  std::vector<double> difference(n, 0), total(n, 0);  // per part
-  for (Index i = 0; i < n; ++i) {
-    if (sheet_normals[i].isZero(0) || sets.find(i).set != i) continue;
-    difference[part[i]] += std::abs(light.difference[i]);
-    total[part[i]] += light.total[i];
-  }
+  std::vector<Light> on_part(n);
+  for (Index i = 0; i < n; ++i)
+    if (sets.find(i).set == i) on_part[part[i]] += on_set[i].turned(on_set[i].difference < 0 ? -1 : 1);
   std::vector<Vec3> outer(n, Vec3::Zero());
   for (Index i = 0; i < n; ++i) {
-    if (!(difference[part[i]] > closed * total[part[i]])) continue;
+    if (!on_part[part[i]].from_one_side()) continue;
     if (sheet_normals[i].isZero(0)) {
-      outer[i] = seen.bent_normal[i].stableNormalized();
+      // On the rim of an open sheet light comes from all around.
+      Light around;
+      for (const OverlapGraph::Link& link : graph[i])
+        around += light[link.to].turned(light[link.to].difference < 0 ? -1 : 1);
+      if (around.from_one_side()) outer[i] = seen.bent_normal[i].stableNormalized();
     } else {
       const SignedSets::Root root = sets.find(i);
-      outer[i] = (light.difference[root.set] < 0 ? -root.sign : root.sign) * sheet_normals[i];
+      outer[i] = (on_set[root.set].difference < 0 ? -root.sign : root.sign) * sheet_normals[i];
     }
   }
   return outer;
