@@ -56,6 +56,11 @@ bool bends(const Eigen3& axes, const Vec3& shift, const Sym3& child) {
   return off * off > flatness * axes.values[0] || child.quadratic_form(normal) > (1 + flatness) * axes.values[0];
 }
 
+/// Components with fewer others around them are of a piece so small that it might not remain a surface: three make one.
+constexpr std::size_t fewest_around = 3;
+/// In standard deviations along the longest axis: farther than any overlap.
+constexpr double around = 6;
+
 /// Steps 2 and 3: the components within reach of each parent, and their log-likelihoods (Preiner et al. 2014, Eq. 9,
 /// 11; Preiner et al. 2019, appendix A). Since tr(S) - 3 - ln|S| >= 0 for every S = Σs⁻¹Σi, D_KL <= α²/2 implies a
 /// Mahalanobis distance of at most α, so the ball of radius α sqrt(λmax(Σs)) holds all children.
@@ -76,6 +81,7 @@ void list_children(Candidates& c, const Mixture& level, const MergeRule& rule, c
     other_means.push_back(level.means[i]);
   }
   const Neighbors index(other_means);
+  const Neighbors all(rule.within_flat ? std::span<const Vec3>(level.means) : std::span<const Vec3>());
 
   struct Block {
     std::vector<Index> child;
@@ -96,7 +102,12 @@ void list_children(Candidates& c, const Mixture& level, const MergeRule& rule, c
           const Sym3 precision = Cholesky3(covariance).inverse();
           const double log_weight = std::log(level.weights[s]);
           const Eigen3 axes = rule.within_flat ? eigen_decomposition(covariance) : Eigen3{};
-          index.within(level.means[s], alpha * std::sqrt(largest_eigenvalue(covariance)), near);
+          const double deviation = std::sqrt(largest_eigenvalue(covariance));
+          if (rule.within_flat) {
+            all.within(level.means[s], around * deviation, near);
+            if (near.size() <= fewest_around) continue;  // the parent itself is one of them
+          }
+          index.within(level.means[s], alpha * deviation, near);
           const std::size_t before = out.child.size();
           for (const Neighbor& neighbor : near) {
             const Index i = others[neighbor.index];

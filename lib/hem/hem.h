@@ -36,8 +36,8 @@ struct HemOptions {
   int max_levels = 0;
   /// Levels after those, at most, that merge only within flat places: a child's mean lies off the plane of its parent,
   /// and its thickness exceeds the parent's, by at most a tenth of the parent's smallest eigenvalue (squared distance,
-  /// variance). Thins out what is smooth and leaves detail alone. None if the wanted number is reached before.
-  /// Range: >= 0.
+  /// variance). Thins out what is smooth and leaves detail alone, and pieces of three components or fewer, too. None if
+  /// the wanted number is reached before. Range: >= 0.
   int flat_levels = 0;
   /// `alpha` of those levels. Range: (0, 10].
   double flat_alpha = 2.5;

@@ -518,6 +518,42 @@ TEST(Hem, MoreDetailFromASmallerKernel) {
   }
 }
 
+/// Which components of a mixture lie at x < 0.
+std::pair<std::size_t, std::size_t> left_and_right(const Mixture& m) {
+  std::size_t left = 0;
+  for (const Vec3& mean : m.means) left += mean.x() < 0 ? 1 : 0;
+  return {left, m.size() - left};
+}
+
+TEST(Hem, FlatLevelsThinOutWhatIsFlat) {
+  // A sheet, flat at x < 0 and with ripples narrower than a few Gaussians at x > 0.
+  PointCloud cloud = test::rectangle(12000, 4, 2, 31).cloud();
+  for (Vec3& p : cloud.positions)
+    if (p.x() > 0) p.z() = 0.06 * (1 - std::cos(12 * p.x()));
+  const HemOptions plain{.initial = InitialCovariance::local};
+  HemOptions flat = plain;
+  flat.flat_levels = 4;
+  const auto without = left_and_right(build_mixture(cloud, plain)), with = left_and_right(build_mixture(cloud, flat));
+  EXPECT_LT(with.first, 0.7 * without.first);
+  EXPECT_GT(with.second, 0.85 * without.second);
+  EXPECT_NEAR(moments(build_mixture(cloud, flat)).weight, 12000, 1e-8);
+}
+
+TEST(Hem, FlatLevelsLeavePiecesOfThree) {
+  // Every parent of such a level would take the others of its piece.
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    PointCloud cloud;
+    for (const Vec3& at : {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0)}) cloud.positions.push_back(at);
+    RunContext context;
+    context.seed = seed;
+    // No level but flat ones: alpha is too small for others.
+    const HemOptions options{.sigma0 = 1, .alpha = 1e-3, .flat_levels = 4};
+    EXPECT_EQ(build_mixture(cloud, options, context).size(), 3U);
+  }
+  PointCloud many = test::rectangle(60, 8, 8, 5).cloud();
+  EXPECT_LT(build_mixture(many, {.sigma0 = 1, .alpha = 1e-3, .flat_levels = 4}).size(), 50U);
+}
+
 TEST(Hem, CancelStops) {
   std::atomic<bool> cancel{true};
   RunContext context;
