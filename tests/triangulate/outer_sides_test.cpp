@@ -28,12 +28,14 @@ TEST(SheetLinks, ParallelPairsStrongestFirst) {
   std::vector<Vec3> normals = sphere.normals;
   for (std::size_t i = 0; i < normals.size(); i += 2) normals[i] = -normals[i];
   normals[7].setZero();
+  // Upright: at more than 45° to all it overlaps.
+  normals[11] = normals[11].unitOrthogonal();
   const std::vector<SheetLink> links = sheet_links(graph, normals);
   ASSERT_GT(links.size(), 400U);
   for (std::size_t k = 0; k < links.size(); ++k) {
     const SheetLink& link = links[k];
     EXPECT_LT(link.a, link.b);
-    EXPECT_TRUE(link.a != 7 && link.b != 7);
+    for (const Index none : {7, 11}) EXPECT_TRUE(link.a != none && link.b != none);
     EXPECT_GT(std::abs(sphere.normals[link.a].dot(sphere.normals[link.b])), 0.7);
     EXPECT_EQ(link.sign, link.a % 2 == link.b % 2 ? 1 : -1);
     if (k > 0) {
@@ -65,6 +67,16 @@ TEST(OuterNormals, OfClosedShapes) {
   // On the edges of a box the discs of a face stick out; its corners are no sheets.
   const test::SampledShape box = test::box(6000, Vec3(1, 0.7, 0.5), 4);
   EXPECT_GT(right(outer_of(test::tangent_discs(box)), box.normals), 0.995);
+}
+
+TEST(OuterNormals, OfComponentsThatLieInNoSheet) {
+  const test::SampledShape sphere = test::fibonacci_sphere(900);
+  Mixture mixture = test::tangent_discs(sphere);
+  for (Index i = 0; i < mixture.size(); i += 5) {
+    mixture.covariances[i] = Sym3::identity(0.09 * mixture.spacing * mixture.spacing);
+    ASSERT_EQ(sheet_normals(mixture, {})[i], Vec3::Zero());
+  }
+  EXPECT_EQ(right(outer_of(mixture), sphere.normals), 1);
 }
 
 TEST(OuterNormals, OfAThinPlate) {
