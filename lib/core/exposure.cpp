@@ -12,6 +12,7 @@ namespace {
 constexpr int view_count = 32;                     // lines; light comes from both ends
 constexpr double optical_depth = 3;                // of a sheet at right angles
 constexpr double cutoff2 = 2.5 * 2.5;              // squared Mahalanobis distance beside a ray that still counts
+constexpr double rounding = 1e-12;                 // of a variance that is left when the rest is taken off
 constexpr std::size_t neighbors_for_density = 16;  // beyond the second ring of even coverings
 
 /// Axes of a parallel projection.
@@ -41,11 +42,11 @@ struct Splat {
       : x(view.right.dot(mean)), y(view.up.dot(mean)), depth(view.toward.dot(mean)) {
     const Vec3 right = covariance * view.right, up = covariance * view.up, toward = covariance * view.toward;
     const double xx = view.right.dot(right), xy = view.right.dot(up), yy = view.up.dot(up);
-    const double determinant = xx * yy - xy * xy;
+    const double determinant = std::max(xx * yy - xy * xy, rounding * xx * yy);
     pxx = yy / determinant, pxy = -xy / determinant, pyy = xx / determinant;
-    const double xz = view.right.dot(toward), yz = view.up.dot(toward);
+    const double xz = view.right.dot(toward), yz = view.up.dot(toward), zz = view.toward.dot(toward);
     slope_x = pxx * xz + pxy * yz, slope_y = pxy * xz + pyy * yz;
-    inverse_deviation = 1 / std::sqrt(view.toward.dot(toward) - slope_x * xz - slope_y * yz);
+    inverse_deviation = 1 / std::sqrt(std::max(zz - slope_x * xz - slope_y * yz, rounding * zz));
     peak = weight / (2 * std::numbers::pi * std::sqrt(determinant));
   }
 

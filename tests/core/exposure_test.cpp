@@ -133,6 +133,25 @@ TEST(Exposure, DensePartsLetNoLessThrough) {
   EXPECT_NEAR(inside[1] / inside[0], 1, 0.3);  // the discs are a little uneven
 }
 
+TEST(Exposure, NeedlesAndPancakesGiveNumbers) {
+  test::Random random(8);
+  Mixture mixture;
+  for (int i = 0; i < 200; ++i) {
+    mixture.means.push_back(random.in_cube(0, 1));
+    const double across = std::pow(10, random.uniform(-9, 0)), along = std::pow(10, random.uniform(-9, 0));
+    mixture.covariances.push_back(test::disc_covariance(random.direction(), along, across));
+    mixture.weights.push_back(std::pow(10, random.uniform(-6, 6)));
+  }
+  const Exposure e = exposure(mixture);
+  for (std::size_t i = 0; i < mixture.size(); ++i) {
+    EXPECT_GE(e.front[i], 0);
+    EXPECT_LE(e.front[i], 1);
+    EXPECT_GE(e.back[i], 0);
+    EXPECT_LE(e.back[i], 1);
+    EXPECT_LE(e.bent_normal[i].norm(), 1);
+  }
+}
+
 TEST(Exposure, CanBeCancelled) {
   const std::atomic<bool> cancel = true;
   RunContext context;
