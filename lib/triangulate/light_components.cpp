@@ -18,19 +18,9 @@ std::vector<Index> light_components(const Mixture& mixture, const OverlapGraph& 
 }
 
 OverlapGraph without(const OverlapGraph& graph, const std::vector<Index>& components) {
-  const std::size_t n = graph.offset.size() - 1;
-  std::vector<char> dropped(n, 0);
+  std::vector<char> dropped(graph.offset.size() - 1, 0);
   for (const Index i : components) dropped[i] = 1;
-  OverlapGraph kept;
-  kept.offset.reserve(n + 1);
-  kept.links.reserve(graph.links.size());
-  for (Index i = 0; i < n; ++i) {
-    if (!dropped[i])
-      for (const OverlapGraph::Link& link : graph[i])
-        if (!dropped[link.to]) kept.links.push_back(link);
-    kept.offset.push_back(kept.links.size());
-  }
-  return kept;
+  return kept_links(graph, [&](Index i, Index j) { return !dropped[i] && !dropped[j]; });
 }
 
 }  // namespace gpsrecon

@@ -97,15 +97,7 @@ std::vector<Vec3> outer_normals(const Mixture& mixture, const OverlapGraph& grap
 }
 
 OverlapGraph without_opposed(const OverlapGraph& graph, const std::vector<Vec3>& outer_normals) {
-  OverlapGraph kept;
-  kept.offset.reserve(graph.offset.size());
-  kept.links.reserve(graph.links.size());
-  for (Index i = 0; i < outer_normals.size(); ++i) {
-    for (const OverlapGraph::Link& link : graph[i])
-      if (outer_normals[i].dot(outer_normals[link.to]) >= opposed) kept.links.push_back(link);
-    kept.offset.push_back(kept.links.size());
-  }
-  return kept;
+  return kept_links(graph, [&](Index i, Index j) { return outer_normals[i].dot(outer_normals[j]) >= opposed; });
 }
 
 }  // namespace gpsrecon

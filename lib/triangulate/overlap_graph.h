@@ -25,4 +25,18 @@ struct OverlapGraph {
 /// All pairs with Bhattacharyya coefficient >= min_overlap (Preiner et al. 2019, Eq. 19). O(n k log n).
 OverlapGraph overlap_graph(const Mixture& mixture, double min_overlap, const RunContext& context);
 
+/// The graph without the links i -> j for which keep(i, j) is false. Precondition: keep is symmetric. O(links).
+template <class Keep>
+OverlapGraph kept_links(const OverlapGraph& graph, const Keep& keep) {
+  OverlapGraph kept;
+  kept.offset.reserve(graph.offset.size());
+  kept.links.reserve(graph.links.size());
+  for (Index i = 0; i + 1 < graph.offset.size(); ++i) {
+    for (const OverlapGraph::Link& link : graph[i])
+      if (keep(i, link.to)) kept.links.push_back(link);
+    kept.offset.push_back(kept.links.size());
+  }
+  return kept;
+}
+
 }  // namespace gpsrecon
