@@ -122,6 +122,59 @@ TEST(OuterNormals, OfClosedPartsBesideOpenOnes) {
   for (auto n = parting; n != outer.end(); ++n) EXPECT_EQ(*n, Vec3::Zero());
 }
 
+/// A round flask, whose neck opens to a flat lip: the body shades the outer side of the lip, which faces down.
+test::SampledShape flask(std::size_t n, std::uint64_t seed) {
+  test::Random random(seed);
+  test::SampledShape s;
+  const double start = 25 * std::numbers::pi / 180, neck = 0.5, lip = 0.85;
+  const Vec3 center(1.5 * std::sin(start), 0, 1.5 * std::cos(start));  // of the arc of the neck's profile
+  while (s.points.size() < n) {
+    Vec3 p, normal;
+    if (const double part = random.uniform(0, 3); part < 1) {
+      const double angle = random.uniform(start, std::numbers::pi);
+      normal = Vec3(std::sin(angle), 0, std::cos(angle));
+      p = normal;
+    } else if (part < 2) {
+      const double angle = random.uniform(start, std::numbers::pi);
+      normal = Vec3(std::sin(angle), 0, std::cos(angle));
+      p = center - neck * normal;
+    } else {
+      normal = -Vec3::UnitZ();
+      p = Vec3(random.uniform(center.x(), lip), 0, center.z() + neck);
+    }
+    // Evenly over the area: a strip of the profile of each part is as long as its share of arc.
+    const double length = p.z() > center.z() + neck - 1e-12 ? lip - center.x() : p.norm() < 1 + 1e-9 ? 2.7 : 1.35;
+    if (random.uniform() * 2.7 > p.x() * length) continue;
+    const Eigen::AngleAxisd turn(random.uniform(0, 2 * std::numbers::pi), Vec3::UnitZ());
+    s.points.push_back(turn * p);
+    s.normals.push_back(turn * normal);
+  }
+  s.area = 15;
+  return s;
+}
+
+TEST(OuterNormals, OfAnOpenLipGoOnFromTheBody) {
+  const test::SampledShape shape = flask(2500, 6);
+  Mixture mixture = test::tangent_discs(shape, 0.9, 0.1);
+  std::vector<Index> rim;
+  for (Index i = 0; i < mixture.size(); ++i)
+    if (shape.points[i].z() > 1.8 && shape.points[i].head<2>().norm() > 0.82) {
+      rim.push_back(i);
+      mixture.covariances[i] = Sym3::identity(0.09 * mixture.spacing * mixture.spacing);
+    }
+  ASSERT_GT(rim.size(), 10U);
+  const std::vector<Vec3> outer = outer_of(mixture);
+  std::size_t wrong = 0, lip = 0;
+  for (Index i = 0; i < mixture.size(); ++i) {
+    wrong += outer[i].dot(shape.normals[i]) < 0 ? 1 : 0;
+    lip += outer[i].dot(shape.normals[i]) > 0.9 && shape.points[i].z() > 1.8 ? 1 : 0;
+  }
+  EXPECT_EQ(wrong, 0U);
+  EXPECT_GT(lip, 100U);
+  // Light comes to the rim from all around and tells nothing.
+  for (const Index i : rim) EXPECT_EQ(outer[i], Vec3::Zero()) << i;
+}
+
 TEST(OuterNormals, OfNestedShellsPointAwayFromTheMiddle) {
   // Light comes through the outer one; which side is material is for the orientation by containment to say.
   const test::SampledShape outer = test::fibonacci_sphere(1600), inner = test::fibonacci_sphere(500, 0.5);
