@@ -19,7 +19,7 @@ TEST(Cancel, while_waiting_for_standard_input) {
     const ProcessResult result = run({"-", "out.ply", "--dump", "levels"}, {.input = "ply\n",
                                                                             .folder = folder.path().string(),
                                                                             .input_stays_open = true,
-                                                                            .interrupt_after_seconds = 0.3,
+                                                                            .interrupt_when_input_is_read = true,
                                                                             .signal = signal});
     EXPECT_EQ(result.exit_code, 5) << result.err;
     EXPECT_EQ(result.err, "gpsrecon: cancelled\n");
@@ -42,15 +42,17 @@ TEST(Cancel, in_every_stage_leaves_nothing) {
   }
 }
 
+/// The earliest signals can come before the program has begun to catch them, on a busy machine even after 20 ms: then
+/// it ends as any program does, by the signal.
 TEST(Cancel, at_any_time_leaves_all_or_nothing) {
   TemporaryFolder folder;
   write_bytes(folder / "in.ply", ply_of(noisy_sphere(20000, 0.002)));
   int cancelled = 0;
-  for (const double time : {0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6}) {
+  for (const double time : {0.0, 0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 1.0, 2.0, 4.0}) {
     const ProcessResult result =
         run({"in.ply", "out.ply"}, {.folder = folder.path().string(), .interrupt_after_seconds = time});
-    if (result.exit_code == 5) {
-      ++cancelled;
+    if (result.exit_code == 5 || result.signal == SIGINT) {
+      if (result.exit_code == 5) ++cancelled;
       EXPECT_THAT(names_in(folder), ElementsAre("in.ply"));
     } else {
       ASSERT_EQ(result.exit_code, 0) << result.err;

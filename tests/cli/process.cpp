@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <poll.h>
+#include <sys/ioctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -45,6 +46,13 @@ void drain(Pipe& pipe, std::string& text) {
     text.append(buffer.data(), static_cast<std::size_t>(n));
   else
     pipe.close_read();
+}
+
+/// Whether nothing that was written to the pipe waits to be read.
+bool is_empty(const Pipe& pipe) {
+  int waiting = 0;
+  if (::ioctl(pipe.write_end, FIONREAD, &waiting) != 0) throw std::runtime_error("cannot look into the pipe");
+  return waiting == 0;
 }
 
 }  // namespace
@@ -91,7 +99,8 @@ ProcessResult run(const std::vector<std::string>& arguments, const ProcessOption
   ProcessResult result;
   const auto start = std::chrono::steady_clock::now();
   std::size_t sent = 0;
-  bool interrupted = options.interrupt_at.empty() && options.interrupt_after_seconds < 0;
+  bool interrupted =
+      options.interrupt_at.empty() && !options.interrupt_when_input_is_read && options.interrupt_after_seconds < 0;
   while (out.read_end >= 0 || err.read_end >= 0) {
     if (sent == options.input.size() && !options.input_stays_open) in.close_write();
     // Negative descriptors are ignored by poll().
@@ -109,7 +118,8 @@ ProcessResult run(const std::vector<std::string>& arguments, const ProcessOption
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
     const bool seen = !options.interrupt_at.empty() && result.err.find(options.interrupt_at) != std::string::npos;
     const bool due = options.interrupt_after_seconds >= 0 && elapsed.count() >= options.interrupt_after_seconds;
-    if (!interrupted && (seen || due)) {
+    const bool read = options.interrupt_when_input_is_read && sent == options.input.size() && is_empty(in);
+    if (!interrupted && (seen || due || read)) {
       ::kill(child, options.signal);
       interrupted = true;
     }

@@ -20,13 +20,14 @@ struct ProcessResult {
 };
 
 struct ProcessOptions {
-  std::string input = {};               ///< what standard input holds
-  std::string folder = {};              ///< working folder; empty: this one
-  bool input_stays_open = false;        ///< standard input never ends
-  bool output_is_closed = false;        ///< nobody reads standard output
-  std::string interrupt_at = {};        ///< a signal is sent when this text has appeared on standard error
-  double interrupt_after_seconds = -1;  ///< a signal is sent after this time, if >= 0
-  int signal = 2;                       ///< SIGINT
+  std::string input = {};                     ///< what standard input holds
+  std::string folder = {};                    ///< working folder; empty: this one
+  bool input_stays_open = false;              ///< standard input never ends
+  bool output_is_closed = false;              ///< nobody reads standard output
+  std::string interrupt_at = {};              ///< a signal is sent when this text has appeared on standard error
+  bool interrupt_when_input_is_read = false;  ///< a signal is sent when the program has read all of `input`
+  double interrupt_after_seconds = -1;        ///< a signal is sent after this time, if >= 0
+  int signal = 2;                             ///< SIGINT
 };
 
 /// Runs the program under test with `arguments` to its end.
