@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <limits>
 #include <new>
 #include <string>
 #include <string_view>
@@ -9,6 +10,9 @@
 
 #include "cancellation.h"
 #include "commands.h"
+#if defined(__GLIBC__)
+#include <malloc.h>
+#endif
 
 namespace gpsrecon::cli {
 namespace {
@@ -88,11 +92,21 @@ ExitCode run(std::vector<std::string> words) {
   return guarded(std::string(command->name), [&] { return command->run(arguments); });
 }
 
+/// The stages ask for large arrays and free them again, many times over. Given back to the system in between, their
+/// pages would be cleared and mapped anew each time, which took a tenth of the whole run.
+void keep_freed_memory() {
+#if defined(__GLIBC__)
+  mallopt(M_MMAP_THRESHOLD, 32 << 20);  // the largest there is; arrays above it are still given back at once
+  mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
+#endif
+}
+
 }  // namespace
 }  // namespace gpsrecon::cli
 
 int main(int argc, char** argv) {
   using namespace gpsrecon::cli;
   catch_signals();
+  keep_freed_memory();
   return static_cast<int>(run({argv + 1, argv + argc}));
 }

@@ -17,6 +17,7 @@ struct ProcessResult {
   int exit_code = -1;  ///< -1 if a signal ended it
   int signal = 0;
   std::string out, err;
+  double cpu_seconds = 0;  ///< processor time, user and system
 };
 
 struct ProcessOptions {

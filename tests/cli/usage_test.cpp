@@ -1,7 +1,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <chrono>
 #include <regex>
 #include <set>
 #include <sstream>
@@ -101,13 +100,10 @@ TEST(Usage, manual_has_every_option_and_command) {
     EXPECT_TRUE(known.contains((*it)[1])) << (*it)[1];
 }
 
+/// In processor time, which a busy machine does not lengthen as it does the time on the clock.
 TEST(Usage, starts_quickly) {
   double best = 1e9;
-  for (int i = 0; i < 5; ++i) {
-    const auto start = std::chrono::steady_clock::now();
-    run({"--version"});
-    best = std::min(best, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
-  }
+  for (int i = 0; i < 5; ++i) best = std::min(best, run({"--version"}).cpu_seconds);
   EXPECT_LE(best, 0.05);
 }
 
