@@ -4,6 +4,7 @@
 #include <gpsrecon/hem/scale.h>
 #include <algorithm>
 #include <numbers>
+#include <numeric>
 
 namespace gpsrecon {
 namespace {
@@ -56,10 +57,62 @@ bool in_sparse_sheet(const std::vector<Vec3>& points, const Neighbors& index, co
   return variance[0] < sheet_flatness * sheet_flatness * variance[1];
 }
 
-/// Smallest principal standard deviation of the points around each of a regular subset of the points.
-std::vector<double> thicknesses(const std::vector<Vec3>& points, const Neighbors& index, const RunContext& context) {
+/// A second sheet near by has at least this share of the points.
+constexpr double least_sheet = 1.0 / 8;
+/// The middle third between the centres of two sheets holds at most this share of the points. Of one sheet, noisy or
+/// curved, cut in two halves, it holds a sixth or more.
+constexpr double most_between = 1.0 / 24;
+
+/// Drops those of the points `near` that lie in another sheet than the first of them; returns whether there are two.
+/// They show in the offsets along the normal as two heaps with hardly a point in the middle between them.
+bool keep_one_sheet(const std::vector<Vec3>& points, const Vec3& normal, std::vector<Neighbor>& near) {
+  const auto offset = [&](const Neighbor& n) { return normal.dot(points[n.index] - points[near.front().index]); };
+  std::vector<double> offsets;
+  offsets.reserve(near.size());
+  for (const Neighbor& n : near) offsets.push_back(offset(n));
+  std::sort(offsets.begin(), offsets.end());
+
+  // The cut with the largest variance between its two sides (Otsu 1979).
+  const auto n = static_cast<double>(offsets.size());
+  const double sum = std::accumulate(offsets.begin(), offsets.end(), 0.0);
+  double below = 0, best = 0, cut = 0, low = 0, high = 0;
+  for (std::size_t k = 1; k < offsets.size(); ++k) {
+    below += offsets[k - 1];
+    const auto left = static_cast<double>(k), right = n - left;
+    if (std::min(left, right) < least_sheet * n) continue;
+    const double step = (sum - below) / right - below / left;
+    if (left * right * step * step <= best) continue;
+    best = left * right * step * step;
+    cut = 0.5 * (offsets[k - 1] + offsets[k]);
+    low = below / left;
+    high = (sum - below) / right;
+  }
+  const double margin = (high - low) / 3;
+  const auto between =
+      std::count_if(offsets.begin(), offsets.end(), [&](double d) { return d > low + margin && d < high - margin; });
+  if (best == 0 || static_cast<double>(between) > most_between * n) return false;
+  const bool above = cut < 0;  // where the first point is
+  std::vector<Neighbor> kept;
+  for (const Neighbor& other : near)
+    if ((offset(other) > cut) == above) kept.push_back(other);
+  near = std::move(kept);
+  return true;
+}
+
+/// Walls count where at least this share of the places shows two sheets. Fewer hardly move a median; and where scans
+/// overlap badly, or depths come in steps, one surface shows as two here and there.
+constexpr double least_walls = 0.25;
+
+double smallest_deviation(const Eigen3& axes) {
+  return std::sqrt(std::max(0.0, axes.values[0]));
+}
+
+/// Smallest principal standard deviation of the points around each of a regular subset of the points, median. In a
+/// cloud of thin walls, over the places whose two sheets can be told apart, of the points of one.
+double typical_thickness(const std::vector<Vec3>& points, const Neighbors& index, const RunContext& context) {
   const std::size_t stride = std::max<std::size_t>(1, points.size() / noise_samples);
   std::vector<double> thickness((points.size() + stride - 1) / stride);
+  std::vector<double> of_one_sheet(thickness.size(), -1);  // where there are two
   parallel_blocks(
       thickness.size(), context,
       [&](std::size_t, std::size_t begin, std::size_t end) {
@@ -67,11 +120,16 @@ std::vector<double> thicknesses(const std::vector<Vec3>& points, const Neighbors
         for (std::size_t s = begin; s < end; ++s) {
           const Vec3& center = points[s * stride];
           index.nearest(center, noise_neighbors, found);
-          thickness[s] = std::sqrt(std::max(0.0, principal_axes(points, center, found).values[0]));
+          const Eigen3 axes = principal_axes(points, center, found);
+          thickness[s] = smallest_deviation(axes);
+          if (keep_one_sheet(points, axes.vectors.col(0), found))
+            of_one_sheet[s] = smallest_deviation(principal_axes(points, center, found));
         }
       },
       512);
-  return thickness;
+  std::erase_if(of_one_sheet, [](double t) { return t < 0; });
+  const double walls = static_cast<double>(of_one_sheet.size()) / static_cast<double>(thickness.size());
+  return median(walls < least_walls ? std::move(thickness) : std::move(of_one_sheet));
 }
 
 }  // namespace
@@ -94,7 +152,7 @@ Scale estimate_scale(const PointCloud& cloud, const ScaleOptions& options, const
   const double typical = median(distances);
   // A disc of the distance to the k-th neighbour holds k + 1 points.
   scale.spacing = typical * std::sqrt(std::numbers::pi / static_cast<double>(k + 1));
-  scale.noise = median(thicknesses(cloud.positions, index, context));
+  scale.noise = typical_thickness(cloud.positions, index, context);
   scale.sigma0 = std::hypot(scale.spacing, scale.noise);
   scale.sigma0_local = std::hypot(0.4 * scale.spacing, 1.6 * scale.noise);
   if (options.isolation > 0)

@@ -48,6 +48,38 @@ TEST(Scale, NoiseOfAThickPlane) {
   }
 }
 
+/// Two parallel sheets `gap` spacings apart, the second over `share` of the first, both with noise.
+PointCloud wall(double gap, double share, double noise) {
+  test::SampledShape front = test::rectangle(20000, 10, 10, 24);
+  const double spacing = front.spacing();
+  add_noise(front, noise * spacing, 25);
+  PointCloud cloud = front.cloud();
+  test::SampledShape back = test::rectangle(static_cast<std::size_t>(20000 * share), 10 * share, 10, 26);
+  add_noise(back, noise * spacing, 27);
+  for (const Vec3& p : back.points) cloud.positions.push_back(p + gap * spacing * Vec3::UnitZ());
+  return cloud;
+}
+
+TEST(Scale, ThicknessOfAWallIsNoNoise) {
+  for (const double gap : {1.5, 2.0, 2.5}) {
+    const double noise = 0.2, spacing = 10 / std::sqrt(20000.0);
+    // The ball of 48 points cuts a disc of radius r out of one sheet and of √(r² - gap²) out of the other.
+    const double own = 0.5 * (48 + std::numbers::pi * gap * gap);
+    const double expected = noise * spacing * std::sqrt((own - 3 - 2.0 / 3) / own);
+    EXPECT_NEAR(estimate_scale(wall(gap, 1, noise)).noise, expected, 0.04 * expected) << gap;
+  }
+}
+
+/// So that one surface that shows as two here and there keeps its thickness: the median is that of all places.
+TEST(Scale, AFewPlacesWithTwoSheetsMoveTheMedianOnly) {
+  const double noise = 0.2, spacing = 10 / std::sqrt(20000.0), share = 0.12;
+  // Twice as many places in the doubled part have two sheets, all of them above the median.
+  const double doubled = 2 * share / (1 + share), rank = 0.5 / (1 - doubled);
+  const double normal_quantile = std::sqrt(2 * std::numbers::pi) * (rank - 0.5);  // to first order
+  const double expected = noise * spacing * (std::sqrt((45 - 2.0 / 3) / 48) + normal_quantile / std::sqrt(2.0 * 48));
+  EXPECT_NEAR(estimate_scale(wall(3, share, noise)).noise, expected, 0.01 * expected);
+}
+
 TEST(Scale, LengthsFollowTheUnits) {
   test::SampledShape shape = test::random_sphere(3000, 24);
   add_noise(shape, 0.01, 25);
