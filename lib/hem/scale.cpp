@@ -101,7 +101,7 @@ bool keep_one_sheet(const std::vector<Vec3>& points, const Vec3& normal, std::ve
 
 /// Walls count where at least this share of the places shows two sheets. Fewer hardly move a median; and where scans
 /// overlap badly, or depths come in steps, one surface shows as two here and there.
-constexpr double least_walls = 0.25;
+constexpr double least_walls = 0.2;
 
 double smallest_deviation(const Eigen3& axes) {
   return std::sqrt(std::max(0.0, axes.values[0]));

@@ -72,7 +72,7 @@ TEST(Scale, ThicknessOfAWallIsNoNoise) {
 
 /// So that one surface that shows as two here and there keeps its thickness: the median is that of all places.
 TEST(Scale, AFewPlacesWithTwoSheetsMoveTheMedianOnly) {
-  const double noise = 0.2, spacing = 10 / std::sqrt(20000.0), share = 0.12;
+  const double noise = 0.2, spacing = 10 / std::sqrt(20000.0), share = 0.1;
   // Twice as many places in the doubled part have two sheets, all of them above the median.
   const double doubled = 2 * share / (1 + share), rank = 0.5 / (1 - doubled);
   const double normal_quantile = std::sqrt(2 * std::numbers::pi) * (rank - 0.5);  // to first order
