@@ -93,7 +93,7 @@ ExitCode run(std::vector<std::string> words) {
 }
 
 /// The stages ask for large arrays and free them again, many times over. Given back to the system in between, their
-/// pages would be cleared and mapped anew each time, which took a tenth of the whole run.
+/// pages would be cleared and mapped anew each time, which took a sixth of the whole run.
 void keep_freed_memory() {
 #if defined(__GLIBC__)
   mallopt(M_MMAP_THRESHOLD, 32 << 20);  // the largest there is; arrays above it are still given back at once

@@ -107,9 +107,9 @@ double smallest_deviation(const Eigen3& axes) {
   return std::sqrt(std::max(0.0, axes.values[0]));
 }
 
-/// Smallest principal standard deviation of the points around each of a regular subset of the points, median. In a
-/// cloud of thin walls, over the places whose two sheets can be told apart, of the points of one.
-double typical_thickness(const std::vector<Vec3>& points, const Neighbors& index, const RunContext& context) {
+/// The noise: smallest principal standard deviation of the points around each of a regular subset of the points,
+/// median. In a cloud of thin walls, over the places whose two sheets can be told apart, of the points of one.
+void estimate_noise(const std::vector<Vec3>& points, const Neighbors& index, const RunContext& context, Scale& scale) {
   const std::size_t stride = std::max<std::size_t>(1, points.size() / noise_samples);
   std::vector<double> thickness((points.size() + stride - 1) / stride);
   std::vector<double> of_one_sheet(thickness.size(), -1);  // where there are two
@@ -129,7 +129,8 @@ double typical_thickness(const std::vector<Vec3>& points, const Neighbors& index
       512);
   std::erase_if(of_one_sheet, [](double t) { return t < 0; });
   const double walls = static_cast<double>(of_one_sheet.size()) / static_cast<double>(thickness.size());
-  return median(walls < least_walls ? std::move(thickness) : std::move(of_one_sheet));
+  scale.thin_walls = walls >= least_walls;
+  scale.noise = median(scale.thin_walls ? std::move(of_one_sheet) : std::move(thickness));
 }
 
 }  // namespace
@@ -152,7 +153,7 @@ Scale estimate_scale(const PointCloud& cloud, const ScaleOptions& options, const
   const double typical = median(distances);
   // A disc of the distance to the k-th neighbour holds k + 1 points.
   scale.spacing = typical * std::sqrt(std::numbers::pi / static_cast<double>(k + 1));
-  scale.noise = typical_thickness(cloud.positions, index, context);
+  estimate_noise(cloud.positions, index, context, scale);
   scale.sigma0 = std::hypot(scale.spacing, scale.noise);
   scale.sigma0_local = std::hypot(0.4 * scale.spacing, 1.6 * scale.noise);
   if (options.isolation > 0)

@@ -17,9 +17,10 @@ struct ScaleOptions {
 
 /// What the cloud says about its own resolution. Lengths in the units of the positions.
 struct Scale {
-  double spacing = 0;  ///< A: side of the area per point
-  double noise = 0;    ///< ν: standard deviation of the points across the surface, median over the cloud
-  double sigma0 = 0;   ///< kernel width for isotropic first Gaussians: sqrt(A² + ν²)
+  double spacing = 0;       ///< A: side of the area per point
+  double noise = 0;         ///< ν: standard deviation of the points across the surface, median over the cloud
+  bool thin_walls = false;  ///< whether much of the cloud lies in such: `noise` is then that of one of their sheets
+  double sigma0 = 0;        ///< kernel width for isotropic first Gaussians: sqrt(A² + ν²)
   /// Kernel width for first Gaussians of local covariance, which span the spacing by themselves: sqrt((0.4 A)² +
   /// (1.6 ν)²). Just wide enough that the sheet is one Gaussian thick, in clean scans as in noisy ones.
   double sigma0_local = 0;

@@ -53,6 +53,7 @@ double kernel_width(const PreparedCloud& cloud, const ReconstructOptions& option
   const bool local = options.hem.initial == InitialCovariance::local;
   const double automatic = automatic_sigma0(scale, options.hem.initial);
   choice = local ? "sqrt((0.4 spacing)^2 + (1.6 noise)^2)" : "sqrt(spacing^2 + noise^2)";
+  if (scale.thin_walls) choice += ", thin walls: the noise of one of their sheets";
   if (options.detail == 1) return automatic;
   double factor = 1 / options.detail;
   choice += ", divided by detail " + std::to_string(options.detail);

@@ -518,7 +518,7 @@ TEST(Hem, MoreDetailFromASmallerKernel) {
   }
 }
 
-/// Which components of a mixture lie at x < 0.
+/// How many components of a mixture lie at x < 0, and how many do not.
 std::pair<std::size_t, std::size_t> left_and_right(const Mixture& m) {
   std::size_t left = 0;
   for (const Vec3& mean : m.means) left += mean.x() < 0 ? 1 : 0;

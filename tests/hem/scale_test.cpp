@@ -66,18 +66,23 @@ TEST(Scale, ThicknessOfAWallIsNoNoise) {
     // The ball of 48 points cuts a disc of radius r out of one sheet and of √(r² - gap²) out of the other.
     const double own = 0.5 * (48 + std::numbers::pi * gap * gap);
     const double expected = noise * spacing * std::sqrt((own - 3 - 2.0 / 3) / own);
-    EXPECT_NEAR(estimate_scale(wall(gap, 1, noise)).noise, expected, 0.04 * expected) << gap;
+    const Scale scale = estimate_scale(wall(gap, 1, noise));
+    EXPECT_TRUE(scale.thin_walls);
+    EXPECT_NEAR(scale.noise, expected, 0.04 * expected) << gap;
   }
 }
 
 /// So that one surface that shows as two here and there keeps its thickness: the median is that of all places.
 TEST(Scale, AFewPlacesWithTwoSheetsMoveTheMedianOnly) {
   const double noise = 0.2, spacing = 10 / std::sqrt(20000.0), share = 0.1;
-  // Twice as many places in the doubled part have two sheets, all of them above the median.
+  // The share of the points in the doubled part, where all thicknesses are above the median; it is a higher quantile of
+  // the others.
   const double doubled = 2 * share / (1 + share), rank = 0.5 / (1 - doubled);
   const double normal_quantile = std::sqrt(2 * std::numbers::pi) * (rank - 0.5);  // to first order
   const double expected = noise * spacing * (std::sqrt((45 - 2.0 / 3) / 48) + normal_quantile / std::sqrt(2.0 * 48));
-  EXPECT_NEAR(estimate_scale(wall(3, share, noise)).noise, expected, 0.01 * expected);
+  const Scale scale = estimate_scale(wall(3, share, noise));
+  EXPECT_FALSE(scale.thin_walls);
+  EXPECT_NEAR(scale.noise, expected, 0.01 * expected);
 }
 
 TEST(Scale, LengthsFollowTheUnits) {
