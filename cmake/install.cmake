@@ -14,10 +14,13 @@ set(GPSRECON_PUBLIC_HEADERS
   core/error.h
   core/frame.h
   core/gaussian.h
+  core/length.h
   core/mesh.h
   core/mesh_topology.h
   core/mixture.h
   core/neighbors.h
+  core/numbers.h
+  core/options.h
   core/parallel.h
   core/point_cloud.h
   core/random.h

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <gpsrecon/core/vec.h>
+#include <cstdint>
+#include <string>
+
+namespace gpsrecon {
+
+// Numbers as options spell them, whatever the locale: decimal or scientific, with a point, nothing before or after.
+
+/// The shortest text that is read back as the same number.
+std::string to_text(double value);
+/// The same of all three, X,Y,Z.
+std::string to_text(const Vec3& value);
+
+/// Throw OptionError saying what was expected instead of `text`; numbers are finite.
+double parse_double(const std::string& text);
+std::int64_t parse_integer(const std::string& text);
+std::uint64_t parse_natural(const std::string& text);
+Vec3 parse_point(const std::string& text);
+[[noreturn]] void throw_expected(const std::string& what, const std::string& text);
+
+}  // namespace gpsrecon
