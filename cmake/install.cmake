@@ -70,7 +70,7 @@ install(TARGETS gpsrecon EXPORT gpsrecon ARCHIVE DESTINATION ${CMAKE_INSTALL_LIB
 if(TARGET gpsrecon_cli)
   install(TARGETS gpsrecon_cli RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endif()
-install(FILES docs/report.schema.json DESTINATION ${CMAKE_INSTALL_DATADIR}/gpsrecon)
+install(FILES docs/reference/report.schema.json DESTINATION ${CMAKE_INSTALL_DATADIR}/gpsrecon)
 install(FILES LICENSE README.md CHANGELOG.md THIRD_PARTY.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
 
 set(package ${CMAKE_INSTALL_LIBDIR}/cmake/gpsrecon)

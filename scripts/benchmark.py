@@ -11,7 +11,7 @@ PATH. All get normals by the program peer_normals, whose time counts. The scans 
 `gpsrecon scan`, and those that GPSRECON_DATA_DIR holds as scans/NAME.sN.ply with truth/NAME.ply.
 
 Every measurement is a row of OUT/results.csv, written as soon as it is made: a run that was stopped goes on where it
-was. Then OUT/results.json, OUT/benchmark.md and OUT/pictures/benchmark/ are made. Docs: docs/benchmark.md.
+was. Then OUT/results.json, OUT/benchmark.md and OUT/pictures/benchmark/ are made. Docs: docs/evidence/benchmark.md.
 
 Exit codes: 0 done (a reconstruction that fails is a result), 2 usage, 3 a program that measures failed,
 130 stopped.
@@ -519,7 +519,7 @@ def parse_arguments():
     parser.add_argument("--memory-limit", type=float, help="address space a reconstruction may take, in GB (default: 0.9 of the memory)")
     parser.add_argument("--restart", action="store_true", help="forget what OUT holds")
     parser.add_argument("--page-only", action="store_true", help="measure nothing, write the page from what OUT holds")
-    parser.add_argument("--publish", action="store_true", help="also write docs/benchmark.md and its pictures")
+    parser.add_argument("--publish", action="store_true", help="also write docs/evidence/benchmark.md and its pictures")
     options = parser.parse_args()
     options.parts = options.parts.split(",")
     for part in options.parts:
@@ -569,7 +569,7 @@ def run(options):
         json.dumps({"machine": machine, "methods": methods, "rows": rows}, indent=1) + "\n")
     write_page(options.out, options.out / "benchmark.md", rows, machine, methods)
     if options.publish:
-        write_page(options.out, ROOT / "docs/benchmark.md", rows, machine, methods)
+        write_page(options.out, ROOT / "docs/evidence/benchmark.md", rows, machine, methods)
 
 
 def main():

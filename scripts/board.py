@@ -4,7 +4,7 @@
 The scans are those of analytic shapes, made by `gpsrecon scan`, and those that GPSRECON_DATA_DIR holds as
 scans/NAME.sN.ply with truth/NAME.ply. Figures come from the reports of the chain and of `gpsrecon compare`. A figure is
 worse when it exceeds the recorded one by more than its noise, which --update finds by repeating the reconstruction and
-the comparison with other seeds. Docs: docs/board.md, docs/scan.md.
+the comparison with other seeds. Docs: docs/evidence/board.md, docs/method/virtual-scans.md.
 
 Exit codes: 0 nothing is worse, 1 something is (one line each), 2 usage, 3 a program failed.
 """
@@ -179,7 +179,7 @@ def table(results, version, samples, data):
         "# Regression board",
         "",
         "Written by `scripts/board.py`; do not edit. Virtual scans, reconstructed with default options and measured against the",
-        "surface they were made from. How the scans are made: [scan.md](scan.md).",
+        "surface they were made from. How the scans are made: [virtual scans](../method/virtual-scans.md).",
         "",
         "* RMS of the distances, mesh to truth and truth to mesh, in % of the diagonal of the truth; mean normal angle.",
         "* c / l / χ: components, boundary loops and Euler number of the mesh, in bold where the truth has others (in brackets);",
@@ -216,8 +216,8 @@ def parse_arguments():
     parser.add_argument("--quick", action="store_true", help="a few small scans only; writes no table unless told to")
     parser.add_argument("--only", metavar="REGEX", help="scans of such names only; writes no table unless told to")
     parser.add_argument("--update", action="store_true", help="record the figures and their noise")
-    parser.add_argument("--record", type=Path, default=ROOT / "docs/board.json")
-    parser.add_argument("--table", type=Path, help="where the table goes (default: docs/board.md)")
+    parser.add_argument("--record", type=Path, default=ROOT / "docs/evidence/board.json")
+    parser.add_argument("--table", type=Path, help="where the table goes (default: docs/evidence/board.md)")
     parser.add_argument("--points", type=int, help="points of the scans of shapes (default: by grade)")
     parser.add_argument("--samples", type=int, default=200_000, help="samples of each comparison, each way")
     parser.add_argument("--threads", type=int, default=2)
@@ -259,7 +259,7 @@ def run_board(options):
     whole = not options.quick and not options.only
     if options.table or whole:
         text = table(results, program.version(), options.samples, options.data)
-        (options.table or ROOT / "docs/board.md").write_text(text)
+        (options.table or ROOT / "docs/evidence/board.md").write_text(text)
     for line in worse:
         print(f"worse: {line}", file=sys.stderr)
     return 1 if worse else 0

@@ -1,8 +1,8 @@
 #!/usr/bin/python3
-"""Measures projections with the program projection_lab and writes the tables and pictures of docs/clop.md.
+"""Measures projections with the program projection_lab and writes the tables and pictures of docs/evidence/projection.md.
 
     scripts/clop.py --lab build/release/bin/projection_lab --data DIR [--program build/release/bin/gpsrecon]
-                    [--parts NAME,...] [--quick] [--page docs/clop.md]
+                    [--parts NAME,...] [--quick] [--page docs/evidence/projection.md]
 
 DIR holds scans/NAME.sN.ply and truth/NAME.ply. Build the program with scripts/build.sh
 -DGPSRECON_BUILD_BENCHMARKS=ON projection_lab. Without --page nothing is written. With --quick little is measured, to

@@ -7,7 +7,7 @@
 Figures 5, 6, 7, 9, 10, 11 and 12 of Preiner et al. 2019, on shapes that the script makes itself; figure 7 needs
 meshes/tweety.off in the folder that the environment variable GPSRECON_DATA_DIR names, and is left out without it. All
 surfaces come from the program gpsrecon; the script makes control meshes, measures and draws. It prints the commands it
-runs, and writes FIGURE.png and numbers.json to --out. Docs: docs/gps.md.
+runs, and writes FIGURE.png and numbers.json to --out. Docs: docs/evidence/figures.md.
 
 Packages (scripts/install_packages.sh develop): python3-numpy python3-matplotlib python3-vtk9 xvfb xauth. Without a
 display it starts one of its own.
@@ -840,8 +840,8 @@ def update_page(page, numbers, scheme):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--program", type=Path, default=ROOT / "build/release/bin/gpsrecon", help="gpsrecon to use")
-    parser.add_argument("--out", type=Path, default=ROOT / "docs/pictures/gps", help="folder for pictures and numbers")
-    parser.add_argument("--page", type=Path, help="Markdown file in which to update the tables, such as docs/gps.md")
+    parser.add_argument("--out", type=Path, default=ROOT / "docs/evidence/pictures/gps", help="folder for pictures and numbers")
+    parser.add_argument("--page", type=Path, help="Markdown file in which to update the tables, such as docs/evidence/figures.md")
     parser.add_argument("--work", type=Path, help="folder to keep meshes in; default: a temporary one")
     parser.add_argument("--scheme", choices=SCHEMES, default="catmull-clark",
                         help="of figures 5, 9, 11 and 12; loop splits their polygons into triangles")

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
-"""Measures the normals that `gpsrecon normals` estimates, and writes the figures into docs/normals.md.
+"""Measures the normals that `gpsrecon normals` estimates, and writes the figures into docs/evidence/normals.md.
 
-    scripts/normals.py [--program build/release/bin/gpsrecon] [--data DIR] [--page docs/normals.md] [--quick]
+    scripts/normals.py [--program build/release/bin/gpsrecon] [--data DIR] [--page docs/evidence/normals.md] [--quick]
 
 A shape with creases is scanned virtually, with and without errors, and its normals are compared with the exact ones:
 those of planes, of spherical medians, and of continuous medians for two kernel sizes and several compressions of the
@@ -23,7 +23,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
-PAGE = os.path.join(ROOT, "docs", "normals.md")
+PAGE = os.path.join(ROOT, "docs", "evidence", "normals.md")
 NAMES = ["nefertiti", "koala", "hammer", "spot"]
 PLY_TYPES = {"float": "<f4", "double": "<f8", "uchar": "u1", "int": "<i4", "uint": "<u4"}
 KERNELS = (0.011, 0.022)  # of the diagonal, those of the paper's Figure 16

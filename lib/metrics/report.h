@@ -228,7 +228,7 @@ struct ErrorReport {
   RunReport run;
 };
 
-/// The report as JSON, schema gpsrecon.report/1 (docs/report.schema.json): every key always present, in fixed order,
+/// The report as JSON, schema gpsrecon.report/1 (docs/reference/report.schema.json): every key always present, in fixed order,
 /// null where a part does not apply; numbers read back to the same bits. Throws InvariantError, naming the key, if a
 /// number is not finite.
 std::string to_json(const ErrorReport& report);

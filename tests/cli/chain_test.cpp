@@ -73,7 +73,7 @@ TEST_F(ChainTest, writes_mesh_covmesh_and_report) {
 TEST_F(ChainTest, report_follows_its_schema_and_names_the_input) {
   do_here({"in.ply", "out.ply", "--seed", "7"});
   const json r = report("out.report.json");
-  const json schema = json::parse(read_bytes(GPSRECON_SOURCE_DIR "/docs/report.schema.json"));
+  const json schema = json::parse(read_bytes(GPSRECON_SOURCE_DIR "/docs/reference/report.schema.json"));
   EXPECT_THAT(JsonSchema(schema).errors(r), IsEmpty());
   EXPECT_EQ(r.at("schema"), "gpsrecon.report/1");
   EXPECT_EQ(r.at("input").at("file"), "in.ply");
@@ -421,7 +421,7 @@ TEST_F(ChainTest, compare_two_meshes) {
   const ProcessResult same = do_here({"compare", "out.ply", "out.ply", "--max-error", "1e-6", "--report", "r.json"});
   EXPECT_THAT(same.out, IsEmpty());
   const json r = report("r.json");
-  const json schema = json::parse(read_bytes(GPSRECON_SOURCE_DIR "/docs/report.schema.json"));
+  const json schema = json::parse(read_bytes(GPSRECON_SOURCE_DIR "/docs/reference/report.schema.json"));
   EXPECT_THAT(JsonSchema(schema).errors(r), IsEmpty());
   EXPECT_EQ(r.at("command"), "compare");
 
@@ -442,7 +442,7 @@ TEST_F(ChainTest, compare_with_points) {
   do_here({"in.ply", "out.ply"});
   const ProcessResult result = do_here({"compare", "out.ply", "in.ply", "--report", "-"});
   const json r = json::parse(result.out);
-  const json schema = json::parse(read_bytes(GPSRECON_SOURCE_DIR "/docs/report.schema.json"));
+  const json schema = json::parse(read_bytes(GPSRECON_SOURCE_DIR "/docs/reference/report.schema.json"));
   EXPECT_THAT(JsonSchema(schema).errors(r), IsEmpty());
   EXPECT_EQ(run_here({"compare", "out.ply", "in.ply", "--max-error", "0.1"}).exit_code, 0);
   EXPECT_EQ(run_here({"compare", "out.ply", "in.ply", "--max-error", "0.0001"}).exit_code, 7);

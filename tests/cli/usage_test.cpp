@@ -82,7 +82,7 @@ TEST(Usage, help_tells_the_default_of_every_option_with_a_value) {
 }
 
 TEST(Usage, manual_has_every_option_and_command) {
-  const std::string manual = read_bytes(GPSRECON_SOURCE_DIR "/docs/cli.md");
+  const std::string manual = read_bytes(GPSRECON_SOURCE_DIR "/docs/reference/cli.md");
   for (const std::string& command : commands) {
     EXPECT_THAT(manual, HasSubstr("`gpsrecon " + command + " "));
     for (const auto& [name, text] : options_of(run({command, "--help"}).out))

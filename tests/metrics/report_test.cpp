@@ -17,7 +17,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 nlohmann::json schema_json() {
-  std::ifstream file(GPSRECON_SOURCE_DIR "/docs/report.schema.json");
+  std::ifstream file(GPSRECON_SOURCE_DIR "/docs/reference/report.schema.json");
   return nlohmann::json::parse(file);
 }
 
@@ -178,7 +178,7 @@ TEST(JsonSchemaCheck, RefusesKeywordsItDoesNotKnow) {
 }
 
 TEST(ReportJson, KeepsTheOrderOfTheSchema) {
-  std::ifstream file(GPSRECON_SOURCE_DIR "/docs/report.schema.json");
+  std::ifstream file(GPSRECON_SOURCE_DIR "/docs/reference/report.schema.json");
   const Json ordered_schema = Json::parse(file);
   const auto keys = [](const Json& object) {
     std::vector<std::string> names;

@@ -43,7 +43,7 @@ class Whole(unittest.TestCase):
         cls.folder = tempfile.TemporaryDirectory()
         base = Path(cls.folder.name)
         small_scans.make(PROGRAM, base)
-        cls.before = (ROOT / "docs/clop.md").read_text()
+        cls.before = (ROOT / "docs/evidence/projection.md").read_text()
         cls.path = base / "clop.md"
         cls.path.write_text(cls.before)
         cls.run_script("--quick")

@@ -30,7 +30,7 @@ class Whole(unittest.TestCase):
         cls.folder = tempfile.TemporaryDirectory()
         base = Path(cls.folder.name)
         small_scans.make(PROGRAM, base)
-        cls.before = (ROOT / "docs/normals.md").read_text()
+        cls.before = (ROOT / "docs/evidence/normals.md").read_text()
         cls.path = base / "normals.md"
         cls.path.write_text(cls.before)
         result = cls.run_script(cls.path, "--data", base)
