@@ -24,7 +24,6 @@ import json
 import os
 import platform
 import re
-import resource
 import shutil
 import signal
 import subprocess
@@ -32,9 +31,10 @@ import sys
 import tempfile
 from pathlib import Path
 
-from benchmark_page import GROWTH_SHAPE, RIDGE_SAMPLES, SEED, peak, size_of, total, write_page
+from benchmark_page import GROWTH_SHAPE, RIDGE_SAMPLES, peak, size_of, total, write_page
+from lab.runner import ROOT, Failure, Gpsrecon, ProgramFailed, RunFailed, exit_code_of, output_of, run_measured
+from lab.scans import SEED, Scan, add_data_option, scans_in
 
-ROOT = Path(__file__).resolve().parent.parent
 DEPTHS = (7, 8, 9, 10)
 DETAILS = (0.25, 0.35, 0.5, 0.7, 1.4)  # besides 1, the default
 GROWTH_DEPTH = 8
@@ -51,7 +51,8 @@ FULL_GROWTH = (10_000, 31_623, 100_000, 316_228, 1_000_000, 3_162_278, 10_000_00
 QUICK_GROWTH = (10_000, 100_000, 1_000_000)
 RIDGE_SHAPES = {"ripple.s2": 50_000, "knot.s2": 50_000}
 QUICK_RIDGE_SHAPES = {"ripple.s2": 20_000, "knot.s2": 20_000}
-TRUTH_TOLERANCE = {"gyroid": 1e-4, "knot": 5e-5}
+
+UNREADABLE_FILE = 3  # the exit code of gpsrecon
 
 KEYS = ("part", "scan", "method", "setting")
 NUMBERS = ("points", "vertices", "faces", "bytes_mesh", "bytes_covmesh", "normals_wall_s", "normals_cpu_s",
@@ -63,68 +64,8 @@ NUMBERS = ("points", "vertices", "faces", "bytes_mesh", "bytes_covmesh", "normal
 COLUMNS = KEYS + ("status",) + NUMBERS + ("self_histogram", "truth_histogram")
 
 
-class Failure(Exception):
-    """The benchmark cannot go on."""
-
-
-class UnreadableFile(Failure):
-    """gpsrecon refuses an input file."""
-
-
-class RunFailed(Exception):
-    """A reconstruction that came to no result, which is one."""
-
-
 # ---------------------------------------------------------------------------------------------------------------------
-# Running programs
-
-
-# Starts a program and writes what it took to a file descriptor. A process of its own, and as small as can be: peak memory
-# is never below that of the process that a program was forked from.
-LAUNCHER = """
-import os, sys, time
-started = time.perf_counter()
-child = os.fork()
-if child == 0:
-    try:
-        os.execvp(sys.argv[2], sys.argv[2:])
-    except OSError as error:
-        os.write(2, f'{sys.argv[2]}: {error.strerror}'.encode())
-        os._exit(127)
-_, status, usage = os.wait4(child, 0)
-wall = time.perf_counter() - started
-os.write(int(sys.argv[1]), f'{os.waitstatus_to_exitcode(status)} {wall} {usage.ru_utime + usage.ru_stime} {usage.ru_maxrss}'.encode())
-"""
-
-
-def run_measured(command, timeout, memory_limit=None):
-    """Wall and processor seconds and peak resident memory (MB) of a command, children included. Raises RunFailed."""
-    def limit():
-        if memory_limit:
-            resource.setrlimit(resource.RLIMIT_AS, (memory_limit, memory_limit))
-
-    read, write = os.pipe()
-    with tempfile.TemporaryFile() as output, open(read) as measured:
-        launcher = subprocess.Popen([sys.executable, "-I", "-S", "-c", LAUNCHER, str(write), *map(str, command)],
-                                    stdin=subprocess.DEVNULL, stdout=output, stderr=output, pass_fds=[write],
-                                    preexec_fn=limit, start_new_session=True, env={**os.environ, "OMP_WAIT_POLICY": "PASSIVE"})
-        os.close(write)
-        try:
-            launcher.wait(timeout)
-        except subprocess.TimeoutExpired:
-            raise RunFailed(f"stopped after {timeout:g} s") from None
-        finally:
-            if launcher.poll() is None:
-                os.killpg(launcher.pid, signal.SIGKILL)
-                launcher.wait()
-        code, wall, cpu, peak_kb = measured.read().split()
-        if int(code) != 0:
-            output.seek(0)
-            lines = output.read().decode(errors="replace").strip().splitlines()
-            why = f"signal {-int(code)}" if int(code) < 0 else f"exit code {code}"
-            raise RunFailed(f"{why}: {lines[-1][:200]}" if lines else why)
-    return {"wall_s": round(float(wall), 3), "cpu_s": round(float(cpu), 3),
-            "memory_MB": round(int(peak_kb) * 1024 / 1e6, 1)}
+# Programs
 
 
 OPEN3D_SCRIPT = """
@@ -147,10 +88,10 @@ class Programs:
     """What is there to run."""
 
     def __init__(self, folder, threads):
-        self.folder, self.threads = folder, threads
-        self.gpsrecon = folder / "gpsrecon"
-        if not self.gpsrecon.exists():
-            raise Failure(f"{self.gpsrecon} is not there; build it with scripts/build.sh -DGPSRECON_BUILD_BENCHMARKS=ON")
+        self.folder = folder
+        self.gpsrecon = Gpsrecon(folder / "gpsrecon", threads)
+        if not self.gpsrecon.path.exists():
+            raise Failure(f"{self.gpsrecon.path} is not there; build it with scripts/build.sh -DGPSRECON_BUILD_BENCHMARKS=ON")
         self.poissons = self.find_poissons()
 
     def tool(self, name):
@@ -158,19 +99,7 @@ class Programs:
         return path if path.exists() else None
 
     def reconstruct(self, points, mesh, *options):
-        return [self.gpsrecon, points, mesh, "--seed", SEED, "--threads", self.threads, "--quiet", *options]
-
-    def call(self, *arguments):
-        """Output of a gpsrecon command that only measures."""
-        command = [str(self.gpsrecon), *map(str, arguments), "--threads", str(self.threads), "--quiet"]
-        result = subprocess.run(command, capture_output=True, text=True)
-        if result.returncode != 0:
-            why = f"{' '.join(command)}: exit code {result.returncode}: {result.stderr.strip()}"
-            raise (UnreadableFile if result.returncode == 3 else Failure)(why)
-        return result.stdout
-
-    def version(self):
-        return subprocess.run([str(self.gpsrecon), "--version"], capture_output=True, text=True).stdout.strip()
+        return self.gpsrecon.command(points, mesh, "--seed", SEED, *options)
 
     def find_poissons(self):
         """Poisson reconstructions, the most recent code first."""
@@ -217,23 +146,8 @@ def open3d_python():
 # Scans
 
 
-class Scan:
-    """A virtual scan with its truth, made when needed."""
-
-    def __init__(self, name, size=None, data=None):
-        self.name, self.size = name, size
-        self.shape, self.grade = name.rsplit(".", 1)
-        self.points = data and data / "scans" / f"{name}.ply"
-        self.truth = data and data / "truth" / f"{self.shape}.ply"
-        self.normals = None  # measured by `oriented`
-
-    def make(self, programs, work):
-        if self.size is None or self.points is not None:
-            return
-        self.points, self.truth = work / f"{self.name}.points.ply", work / f"{self.name}.truth.ply"
-        programs.call("scan", f"shape:{self.shape}", self.points, "--quality", self.grade, "--points", self.size,
-                      "--truth", self.truth, "--truth-tolerance-rel", TRUTH_TOLERANCE.get(self.shape, 2e-5),
-                      "--seed", SEED)
+class BenchmarkScan(Scan):
+    normals = None  # of the points, measured by `oriented`
 
     def oriented(self, programs, work, timeout, memory_limit):
         """The points with normals, and what these cost; made once. Raises RunFailed, every time if it fails."""
@@ -252,13 +166,8 @@ class Scan:
         return self.normals
 
 
-def find_scans(quick, data, shapes=None):
-    scans = [Scan(name, size) for name, size in (shapes or (QUICK_SHAPES if quick else FULL_SHAPES)).items()]
-    for path in sorted(data.glob("scans/*.s[0-9].ply")) if data and not quick else []:
-        scan = Scan(path.name[: -len(".ply")], None, data)
-        if scan.truth.exists():
-            scans.append(scan)
-    return scans
+def scans_of(shapes):
+    return [BenchmarkScan(name, size) for name, size in shapes.items()]
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -342,8 +251,8 @@ class Benchmark:
     def judge(self, mesh, scan):
         """Accuracy against truth, both ways, and distances of the points to the mesh (shares of the diagonal, in %)."""
         samples = ["--samples", self.options.samples, "--seed", SEED, "--report", "-"]
-        truth = json.loads(self.programs.call("compare", mesh, scan.truth, *samples))
-        own = json.loads(self.programs.call("compare", mesh, scan.points, *samples))["points_to_surface"]
+        truth = json.loads(self.programs.gpsrecon.run("compare", mesh, scan.truth, *samples))
+        own = json.loads(self.programs.gpsrecon.run("compare", mesh, scan.points, *samples))["points_to_surface"]
         there, back = truth["reference"]["mesh_to_reference"], truth["reference"]["reference_to_mesh"]
         topology = truth["mesh"]["topology"]
         rounded = lambda value: round(100 * value, 6)
@@ -373,7 +282,7 @@ class Benchmark:
         if self.results.has(part, scan.name, method.name, setting):
             return
         limits = self.options.timeout, self.options.memory_limit
-        scan.make(self.programs, self.work)
+        scan.make(self.programs.gpsrecon, self.work)
         with tempfile.TemporaryDirectory(dir=self.work) as folder:
             mesh, figures = Path(folder) / "mesh.ply", {}
             try:
@@ -388,10 +297,10 @@ class Benchmark:
                     figures.update(self.covmesh_of(mesh))
                 if judged:
                     figures.update(self.judge(mesh, scan))
-            except UnreadableFile as unreadable:
-                if f"error: {mesh}: " not in str(unreadable):
+            except ProgramFailed as failed:
+                if failed.code != UNREADABLE_FILE or f"error: {mesh}: " not in str(failed):
                     raise
-                figures["status"] = f"no mesh: {str(unreadable).rsplit(': ', 1)[-1]}"
+                figures["status"] = f"no mesh: {str(failed).rsplit(': ', 1)[-1]}"
             except RunFailed as failed:
                 figures["status"] = str(failed)
             self.results.add(part, scan.name, method.name, setting, figures)
@@ -418,7 +327,7 @@ class Benchmark:
 
     def growth(self, sizes):
         for size in sizes:
-            scan = Scan(f"{GROWTH_SHAPE}.s1", size)
+            scan = BenchmarkScan(f"{GROWTH_SHAPE}.s1", size)
             scan.name += f"@{size}"  # what tells the rows apart
             depths = {method.name: GROWTH_DEPTH for method in self.programs.poissons}
             for method in self.wanted(self.programs.methods()):
@@ -435,15 +344,12 @@ class Benchmark:
             for setting, options in (("fitted", []), ("not fitted", ["--no-fit"])):
                 if self.results.has("ridge", scan.name, "gpsrecon", setting):
                     continue
-                scan.make(self.programs, self.work)
+                scan.make(self.programs.gpsrecon, self.work)
                 mesh = self.work / "ridge.ply"
                 sample_file = self.options.out / f"ridge.{scan.name}.{setting.replace(' ', '-')}.ply"
-                self.programs.call(scan.points, mesh, "--seed", SEED, *options)
-                result = subprocess.run([tool, mesh.with_name("ridge.covmesh.ply"), str(RIDGE_SAMPLES), sample_file],
-                                        capture_output=True, text=True)
-                if result.returncode != 0:
-                    raise Failure(f"ridge_of_covmesh: {result.stderr.strip()}")
-                found = json.loads(result.stdout)
+                self.programs.gpsrecon.run(scan.points, mesh, "--seed", SEED, *options)
+                covmesh = mesh.with_name("ridge.covmesh.ply")
+                found = json.loads(output_of([tool, covmesh, RIDGE_SAMPLES, sample_file]))
                 figures = {f"ridge_{key}": round(100 * found[f"{key}_rel"], 6)
                            for key in ("mean", "median", "rms", "p95", "max")}
                 figures.update(ridge_lost=found["lost"], sigma0=round(100 * found["sigma0_rel"], 6),
@@ -475,7 +381,8 @@ def describe_machine(programs, options):
     release = Path("/etc/os-release")
     system = re.search(r'^PRETTY_NAME="(.*)"$', release.read_text(), re.M) if release.exists() else None
     return {
-        "version": programs.version(), "program": hashlib.sha256(programs.gpsrecon.read_bytes()).hexdigest()[:16],
+        "version": programs.gpsrecon.version(),
+        "program": hashlib.sha256(programs.gpsrecon.path.read_bytes()).hexdigest()[:16],
         "cpu": model.group(1) if model else platform.machine(), "cores": os.cpu_count(), "memory_GB": memory / 2**30,
         "compiler": compiler.splitlines()[0] if compiler else "compiler not known",
         "system": system.group(1) if system else platform.system(), "threads": options.threads,
@@ -499,13 +406,11 @@ def same_run(out, machine, methods, restart):
 
 def parse_arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    data = os.environ.get("GPSRECON_DATA_DIR")
     parser.add_argument("--quick", action="store_true", help="three small scans, up to 10^6 points: minutes")
     parser.add_argument("--out", type=Path, help="folder of the results (default: build/benchmark/full or quick)")
     parser.add_argument("--programs", type=Path,
                         help="folder of gpsrecon and the programs peer_* (default: build/release/bin, after building them)")
-    parser.add_argument("--data", type=Path, default=Path(data) if data else None,
-                        help="folder with scans/ and truth/ (default: GPSRECON_DATA_DIR, else none)")
+    add_data_option(parser)
     parser.add_argument("--parts", default="accuracy,budget,growth,ridge", help="which parts, separated by commas")
     parser.add_argument("--only", metavar="REGEX", help="scans of such names only")
     parser.add_argument("--methods", type=lambda text: text.split(","), default=[], metavar="NAME,...",
@@ -515,8 +420,9 @@ def parse_arguments():
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--timeout", type=float, default=1800, help="seconds after which a reconstruction has failed")
     parser.add_argument("--peer-points", type=int, default=1_000_000,
-                        help="largest number of points that others than gpsrecon get in the growth part (normals take 2 GB at 10^6)")
-    parser.add_argument("--memory-limit", type=float, help="address space a reconstruction may take, in GB (default: 0.9 of the memory)")
+                        help="most points that others than gpsrecon get in the growth part (normals take 2 GB at 10^6)")
+    parser.add_argument("--memory-limit", type=float,
+                        help="address space a reconstruction may take, in GB (default: 0.9 of the memory)")
     parser.add_argument("--restart", action="store_true", help="forget what OUT holds")
     parser.add_argument("--page-only", action="store_true", help="measure nothing, write the page from what OUT holds")
     parser.add_argument("--publish", action="store_true", help="also write docs/evidence/benchmark.md and its pictures")
@@ -546,10 +452,11 @@ def run(options):
         if not any("poisson" in name.lower() for name in methods):
             print("benchmark.py: there is no Poisson to compare with", file=sys.stderr)
         chosen = lambda scans: [s for s in scans if not options.only or re.search(options.only, s.name)]
-        scans = chosen(find_scans(options.quick, options.data))
-        ridge_scans = chosen(find_scans(True, None, QUICK_RIDGE_SHAPES if options.quick else RIDGE_SHAPES))
+        scans = chosen(scans_of(QUICK_SHAPES) if options.quick else
+                       scans_of(FULL_SHAPES) + scans_in(options.data, BenchmarkScan))
+        ridge_scans = chosen(scans_of(QUICK_RIDGE_SHAPES if options.quick else RIDGE_SHAPES))
         if options.data and (options.data / "scans/koala.s2.ply").exists():
-            ridge_scans += chosen([Scan("koala.s2", None, options.data)])
+            ridge_scans += chosen([BenchmarkScan("koala.s2", None, options.data)])
         if options.points:
             for scan in scans + ridge_scans:
                 scan.size = scan.size and options.points
@@ -581,10 +488,7 @@ def main():
     except KeyboardInterrupt:
         print("benchmark.py: stopped; the same command goes on where it was", file=sys.stderr)
         return 130
-    except (Failure, OSError) as error:
-        print(f"benchmark.py: {error}", file=sys.stderr)
-        return 3
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(exit_code_of(main))

@@ -1,10 +1,12 @@
 """What the rows of scripts/benchmark.py say: the conclusions drawn from them, the page, and its pictures."""
 
 import json
-import re
 import sys
 
-SEED = 1
+from lab.pages import section, table
+from lab.pictures import pyplot, save
+from lab.scans import SEED
+
 GROWTH_SHAPE = "knot"
 RIDGE_SAMPLES = 100_000
 SLICE = 0.003  # half thickness of the slices shown of them, in extents
@@ -84,10 +86,6 @@ def growth_ratio(rows, method, small, large, figure):
 # The page
 
 
-def table(header, rows):
-    return ["| " + " | ".join(header) + " |", "|" + "---|" * len(header), *("| " + " | ".join(row) + " |" for row in rows), ""]
-
-
 def titles_of(rows, methods):
     known = {"gpsrecon": "gpsrecon", "pcl_poisson": "PCL Poisson", "open3d_poisson": "Open3D Poisson",
              "PoissonRecon": "PoissonRecon", "cgal_poisson": "CGAL Poisson", "cgal_front": "CGAL advancing front"}
@@ -127,7 +125,7 @@ def accuracy_lines(rows, titles):
                          f"{total(row, 'cpu_s'):.1f}{normals} / {total(row, 'wall_s'):.1f}", f"{peak(row):.0f}"])
         points = next((f", {int(r['points']):,} points" for r in here if r["points"] != ""), "")
         lines += [f"### {scan}{points}", "",
-                  *table(["", "RMS", "normals", "c / l / χ", "nm", "self", "vertices", "MB", "CPU / wall, s", "memory, MB"], body)]
+                  table(["", "RMS", "normals", "c / l / χ", "nm", "self", "vertices", "MB", "CPU / wall, s", "memory, MB"], body)]
     return lines
 
 
@@ -161,7 +159,7 @@ def budget_lines(rows, titles):
             f"`gpsrecon --budget` with a tenth of the vertices that {' and '.join(sorted(methods))} has at a depth. Bold where gpsrecon is at",
             "least as accurate; yes where it is in both directions. RMS mesh to truth / truth to mesh in % of the diagonal, mean normal angle.",
             f"Of {count} pairs gpsrecon is at least as accurate from mesh to truth in {wins[0]}, from truth to mesh in {wins[1]}, in its normals in {wins[2]}.", "",
-            *table(["scan", "depth", "vertices", "Poisson", "gpsrecon's", "gpsrecon", "both ways", "CPU, s"], body)]
+            table(["scan", "depth", "vertices", "Poisson", "gpsrecon's", "gpsrecon", "both ways", "CPU, s"], body)]
 
 
 def growth_lines(rows, titles):
@@ -184,7 +182,7 @@ def growth_lines(rows, titles):
             "Below some 10 MB the figures for memory are", "those of the program that measures.", "",
             *(["From 10⁵ to 10⁶ points: " + "; ".join(ratios) + ".", ""] if ratios else []),
             "![Time and memory against the number of points](pictures/benchmark/growth.png)", "",
-            *table(["points", "", "CPU, s", "wall, s", "memory, MB", "bytes per point"], body)]
+            table(["points", "", "CPU, s", "wall, s", "memory, MB", "bytes per point"], body)]
 
 
 def ridge_lines(rows):
@@ -197,7 +195,7 @@ def ridge_lines(rows):
             "subspace-constrained mean shift (`metrics/ridge.h`; Ozertem and Erdogmus 2011). Distances in % of the diagonal, beside the kernel width σ₀;",
             "lost: points that come to no rest, because the ridge has an end or a jump there. Not fitted is the surface of the mixture as the",
             "publication has it; the fit then moves the Gaussians off the ridge on purpose, towards the points.", "",
-            *table(["scan", "Gaussians", "σ₀", "mean", "median", "95 %", "largest", "lost"], body),
+            table(["scan", "Gaussians", "σ₀", "mean", "median", "95 %", "largest", "lost"], body),
             "![Sections of surface and ridge](pictures/benchmark/ridge.png)", "",
             "Sections through the surface before the fit (black) and where its points come to rest on the ridge (blue; red: lost), at the place where",
             "the two are farthest apart.", ""]
@@ -210,8 +208,9 @@ def loss_lines(rows, titles):
     if not found:
         return lines + ["None.", ""]
     form = lambda value, unit: f"{value:.4f} %" if unit == "%" else f"{value:,.0f}" if unit == "" else f"{value:.2f} {unit}"
-    return lines + table(["scan", "figure", "gpsrecon", "other", "of"],
-                         [[s, t, form(a, u), form(b, u), label(o, titles)] for s, t, u, a, b, o in found])
+    rows = [[scan, title, form(ours, unit), form(theirs, unit), label(other, titles)]
+            for scan, title, unit, ours, theirs, other in found]
+    return lines + [table(["scan", "figure", "gpsrecon", "other", "of"], rows)]
 
 
 def picture_lines(rows, sweeps):
@@ -225,13 +224,9 @@ def picture_lines(rows, sweeps):
             "![Time against error](pictures/benchmark/effort.png)", ""]
 
 
-NOTES = re.compile(r"<!-- notes -->\n.*?<!-- /notes -->\n", re.S)
-
-
 def notes_of(target):
     """What was added to a page by hand, between two marks; it stays there when the page is written again."""
-    found = NOTES.search(target.read_text()) if target.exists() else None
-    return found.group() if found else "<!-- notes -->\n<!-- /notes -->\n"
+    return (section(target.read_text(), "notes") or "") if target.exists() else ""
 
 
 def page(rows, machine, methods, notes=""):
@@ -251,7 +246,7 @@ def page(rows, machine, methods, notes=""):
              "* Processor time, wall time and peak memory of whole processes, from files to files. That of gpsrecon includes its report,",
              "  which measures the distance of every point. Bytes are those of the files as each program writes them: coordinates as float,",
              "  of covariance meshes and Open3D as double.", "",
-             *notes.splitlines(), "",
+             "<!-- notes -->", *notes.splitlines(), "<!-- end -->", "",
              *accuracy_lines(rows, titles), *budget_lines(rows, titles), *picture_lines(rows, sweeps),
              *growth_lines(rows, titles), *ridge_lines(rows), *loss_lines(rows, titles)]
     return "\n".join(lines).rstrip() + "\n"
@@ -278,13 +273,10 @@ COLORS = {"gpsrecon": "black", "pcl_poisson": "tab:red", "open3d_poisson": "tab:
 def draw(rows, out, pictures, methods):
     """All pictures there is something for."""
     try:
-        import matplotlib
-        matplotlib.use("Agg")
-        import matplotlib.pyplot as plt
+        plt = pyplot({"font.size": 9, "axes.grid": True, "grid.alpha": 0.3, "savefig.dpi": 110, "figure.autolayout": True})
     except ImportError:
         print("benchmark.py: there is no matplotlib (python3-matplotlib), so there are no pictures", file=sys.stderr)
         return
-    plt.rcParams.update({"font.size": 9, "axes.grid": True, "grid.alpha": 0.3, "savefig.dpi": 110, "figure.autolayout": True})
     pictures.mkdir(parents=True, exist_ok=True)
     titles, scans = titles_of(rows, methods), sweep_scans(rows)
     if scans:
@@ -321,8 +313,7 @@ def draw_effort(plt, rows, scans, titles, path):
                      ylabel="processor time, s", title=scan)
             axis.margins(0.22)
         line[0].legend(fontsize=7)
-    figure.savefig(path)
-    plt.close(figure)
+    save(figure, path)
 
 
 def draw_histograms(plt, rows, scans, titles, path):
@@ -348,8 +339,7 @@ def draw_histograms(plt, rows, scans, titles, path):
             axis.set(xscale="log", xlabel=f"distance, {text}, % of the diagonal", ylabel="share, %", title=scan)
             axis.set_xlim(left=5e-4)
         line[1].legend(fontsize=6)
-    figure.savefig(path)
-    plt.close(figure)
+    save(figure, path)
 
 
 def draw_growth(plt, rows, titles, path):
@@ -361,20 +351,15 @@ def draw_growth(plt, rows, titles, path):
                 axis.plot(*zip(*here), "o-", color=COLORS.get(method), label=titles[method])
         axis.set(xscale="log", yscale="log", xlabel="points", ylabel=text)
         axis.legend(fontsize=8)
-    figure.savefig(path)
-    plt.close(figure)
+    save(figure, path)
 
 
 def read_ridge(path):
     """Rows of (place on the ridge, place on the surface, arrived) of a file that ridge_of_covmesh wrote."""
-    text = path.read_text()
-    header, body = text.split("end_header\n", 1)
-    names = re.findall(r"^property \w+ (\w+)$", header, re.M)
-    found = []
-    for line in body.splitlines():
-        values = dict(zip(names, map(float, line.split())))
-        found.append(([values[k] for k in "xyz"], [values[f"surface_{k}"] for k in "xyz"], values["arrived"] > 0))
-    return found
+    from lab.ply import Ply
+    samples = Ply(path)
+    surface, (arrived,) = samples.vectors("surface_x", "surface_y", "surface_z"), samples.vectors("arrived").T
+    return list(zip(samples.positions, surface, arrived > 0))
 
 
 def draw_ridge(plt, rows, out, path):
@@ -406,8 +391,7 @@ def draw_ridge(plt, rows, out, path):
             axis.set_title(title)
         line[1].set(xlim=(far[1][u] - half, far[1][u] + half), ylim=(far[1][v] - half, far[1][v] + half))
         line[1].legend(fontsize=7)
-    figure.savefig(path)
-    plt.close(figure)
+    save(figure, path)
 
 
 def write_page(out, target, rows, machine, methods):

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Reconstructs all virtual scans, writes a table of what came out, and fails where a figure is worse than recorded.
 
 The scans are those of analytic shapes, made by `gpsrecon scan`, and those that GPSRECON_DATA_DIR holds as
@@ -15,13 +15,14 @@ import json
 import os
 import platform
 import re
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
-SEED = 1
+from lab import pages
+from lab.runner import GPSRECON, ROOT, Failure, Gpsrecon, exit_code_of
+from lab.scans import SEED, Scan, add_data_option, scans_in
+
 NOISE_SEEDS = (2, 3)
 
 # Shapes and grades of scan, with a third of the points of the grade: enough to tell better from worse.
@@ -31,8 +32,6 @@ SHAPES = {
     "block": ("s1", "s2", "s3"), "fins": ("s1",), "gyroid": ("s2",), "vase": ("s1", "s2", "s3"), "workpiece": ("s2",),
 }
 QUICK = {"sphere.s2", "rounded-box.s2", "block.s3", "vase.s3"}
-# Small curvature radii would make more triangles than the figures need.
-TRUTH_TOLERANCE = {"gyroid": 1e-4, "knot": 5e-5}
 
 # name: (title, unit, smallest noise relative, smallest noise absolute). In each less is better.
 FIGURES = {
@@ -50,50 +49,10 @@ FIGURES = {
 }
 
 
-class Failure(Exception):
-    """A program that could not do its work."""
-
-
-class Scan:
-    """A virtual scan with its truth, made when needed."""
-
-    def __init__(self, name, points, truth, shape=None):
-        self.name, self.points, self.truth, self.shape = name, points, truth, shape
-
-    def make(self, program, size, work):
-        if self.shape is None:
-            return
-        self.points, self.truth = work / f"{self.name}.points.ply", work / f"{self.name}.truth.ply"
-        grade = self.name.rsplit(".", 1)[1]
-        tolerance = TRUTH_TOLERANCE.get(self.shape, 2e-5)
-        program.run("scan", f"shape:{self.shape}", self.points, "--quality", grade, "--points",
-                    size or SHAPE_POINTS[grade], "--truth", self.truth, "--truth-tolerance-rel", tolerance,
-                    "--seed", SEED)
-
-
-class Program:
-    def __init__(self, path, threads):
-        self.path, self.threads = path, threads
-
-    def run(self, *arguments):
-        command = [str(self.path), *map(str, arguments), "--threads", str(self.threads), "--quiet"]
-        result = subprocess.run(command, capture_output=True, text=True)
-        if result.returncode != 0:
-            raise Failure(f"{' '.join(command)}: exit code {result.returncode}: {result.stderr.strip()}")
-        return result.stdout
-
-    def version(self):
-        return subprocess.run([str(self.path), "--version"], capture_output=True, text=True).stdout.strip()
-
-
-def find_scans(data):
-    scans = [Scan(f"{shape}.{grade}", None, None, shape) for shape, grades in SHAPES.items() for grade in grades]
-    for path in sorted(data.glob("scans/*.s[0-9].ply")) if data else []:
-        name = path.name[: -len(".ply")]
-        truth = data / "truth" / f"{name.rsplit('.', 1)[0]}.ply"
-        if truth.exists():
-            scans.append(Scan(name, path, truth))
-    return scans
+def find_scans(data, points):
+    shapes = [Scan(f"{shape}.{grade}", points or SHAPE_POINTS[grade])
+              for shape, grades in SHAPES.items() for grade in grades]
+    return shapes + scans_in(data)
 
 
 def measure(program, scan, truth_topology, seed, samples, work):
@@ -184,35 +143,33 @@ def table(results, version, samples, data):
         "* RMS of the distances, mesh to truth and truth to mesh, in % of the diagonal of the truth; mean normal angle.",
         "* c / l / χ: components, boundary loops and Euler number of the mesh, in bold where the truth has others (in brackets);",
         "  nm: non-manifold edges and vertices.",
-        "* Control vertices; over the vertices of screened Poisson at its shallowest depth that is not more accurate (by the larger",
+        "* Control vertices; over the vertices of screened Poisson at its shallowest depth that is not more accurate (by the "
+        "larger",
         "  of the two RMS), and at its most accurate depth; whether the targets are met. For scans of which these are known.",
         "* Processor time and peak memory of the chain, file to file.",
         "",
         f"{version}, {samples} samples each way, on {platform.machine()} with {os.cpu_count()} processors.",
-        "",
-        "| scan | points | RMS | normals | c / l / χ | nm | vertices | of Poisson's | targets | time | memory |",
-        "|---|---|---|---|---|---|---|---|---|---|---|",
+        "", "",
     ]
+    head = ["scan", "points", "RMS", "normals", "c / l / χ", "nm", "vertices", "of Poisson's", "targets", "time", "memory"]
+    rows = []
     for name, (figures, found, truth, points) in results.items():
         topology = " / ".join(map(str, found))
         if found != truth:
             topology = f"**{topology}** ({' / '.join(map(str, truth))})"
         shares = poisson_shares(name, figures, baseline)
         share_text = " / ".join("–" if s is None else f"{s:.2f}" for s in shares) if any(shares) else ""
-        lines.append(
-            f"| {name} | {points:,} | {figures['mesh_to_truth']:.4f} / {figures['truth_to_mesh']:.4f} "
-            f"| {figures['normal_angle']:.2f}° | {topology} | {figures['nonmanifold']} | {figures['vertices']:,} "
-            f"| {share_text} | {target_text(name, figures, targets)} "
-            f"| {figures['cpu_s']:.1f} s | {figures['memory_MB']:.0f} MB |")
-    return "\n".join(lines) + "\n"
+        rows.append([
+            name, f"{points:,}", f"{figures['mesh_to_truth']:.4f} / {figures['truth_to_mesh']:.4f}",
+            f"{figures['normal_angle']:.2f}°", topology, f"{figures['nonmanifold']}", f"{figures['vertices']:,}",
+            share_text, target_text(name, figures, targets), f"{figures['cpu_s']:.1f} s", f"{figures['memory_MB']:.0f} MB"])
+    return "\n".join(lines) + pages.table(head, rows)
 
 
 def parse_arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    data = os.environ.get("GPSRECON_DATA_DIR")
-    parser.add_argument("--program", type=Path, default=ROOT / "build/release/bin/gpsrecon")
-    parser.add_argument("--data", type=Path, default=Path(data) if data else None,
-                        help="folder with scans/ and truth/ (default: GPSRECON_DATA_DIR, else none)")
+    parser.add_argument("--program", type=Path, default=GPSRECON)
+    add_data_option(parser)
     parser.add_argument("--quick", action="store_true", help="a few small scans only; writes no table unless told to")
     parser.add_argument("--only", metavar="REGEX", help="scans of such names only; writes no table unless told to")
     parser.add_argument("--update", action="store_true", help="record the figures and their noise")
@@ -225,9 +182,9 @@ def parse_arguments():
 
 
 def run_board(options):
-    program = Program(options.program, options.threads)
+    program = Gpsrecon(options.program, options.threads)
     record = json.loads(options.record.read_text()) if options.record.exists() else {"scans": {}}
-    wanted = [scan for scan in find_scans(options.data)
+    wanted = [scan for scan in find_scans(options.data, options.points)
               if (not options.quick or scan.name in QUICK) and (not options.only or re.search(options.only, scan.name))]
     if not wanted:
         raise Failure("there is no such scan")
@@ -235,7 +192,7 @@ def run_board(options):
     for scan in wanted:
         with tempfile.TemporaryDirectory(prefix="gpsrecon-board-") as folder:
             work = Path(folder)
-            scan.make(program, options.points, work)
+            scan.make(program, work)
             (info,) = json.loads(program.run("info", scan.truth, "--json"))
             truth = tuple(info["topology"][key] for key in ("components", "boundary_loops", "euler"))
             figures, found = measure(program, scan, truth, SEED, options.samples, work)
@@ -265,13 +222,5 @@ def run_board(options):
     return 1 if worse else 0
 
 
-def main():
-    try:
-        return run_board(parse_arguments())
-    except (Failure, OSError) as error:
-        print(f"board.py: {error}", file=sys.stderr)
-        return 3
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(exit_code_of(lambda: run_board(parse_arguments())))

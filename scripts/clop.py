@@ -6,24 +6,27 @@
 
 DIR holds scans/NAME.sN.ply and truth/NAME.ply. Build the program with scripts/build.sh
 -DGPSRECON_BUILD_BENCHMARKS=ON projection_lab. Without --page nothing is written. With --quick little is measured, to
-see that it works. Pictures need matplotlib.
+see that it works. Needs meshio, and matplotlib for the pictures.
+
+Exit codes: 0 done, 2 usage, 3 a program failed, or the page has no place for a table.
 """
 
 import argparse
 import io
 import json
 import math
-import pathlib
-import re
 import statistics
-import struct
-import subprocess
 import sys
 import tempfile
+from pathlib import Path
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
+from lab.pages import replace_sections, table
+from lab.pictures import pyplot, save
+from lab.ply import Ply
+from lab.runner import ROOT, Gpsrecon, exit_code_of, output_of
+
 sys.path.insert(0, str(ROOT / 'datasets'))
-import image_points
+import image_points  # noqa: E402
 
 SHAPES = ['nefertiti', 'koala', 'hammer', 'spot']
 BLUE, ORANGE, GREEN, GRAY = '#31688e', '#d95f02', '#1b9e77', '#999999'
@@ -40,8 +43,7 @@ class Lab:
         words = [self.program, points, 'truth', truth]
         for name, value in settings.items():
             words += [name, value]
-        result = subprocess.run([str(w) for w in words], capture_output=True, text=True, check=True)
-        return json.loads(result.stdout)
+        return json.loads(output_of(words))
 
 
 class Bench:
@@ -50,19 +52,6 @@ class Bench:
     def __init__(self, lab, program, particles, quick):
         self.lab, self.program, self.particles, self.quick = lab, program, particles, quick
         self.shapes = SHAPES[1:2] if quick else SHAPES
-
-
-def pyplot():
-    import matplotlib
-    matplotlib.use('Agg')
-    matplotlib.rcParams['svg.hashsalt'] = 'clop'
-    from matplotlib import pyplot
-    return pyplot
-
-
-def table(head, rows):
-    lines = ['| ' + ' | '.join(head) + ' |', '|' + '---|' * len(head)]
-    return '\n'.join(lines + ['| ' + ' | '.join(row) + ' |' for row in rows]) + '\n'
 
 
 def errors(run):
@@ -171,9 +160,9 @@ def ripple(bench):
     rows = []
     with tempfile.TemporaryDirectory() as folder:
         for noise in (0.0005, 0.001, 0.002, 0.004):
-            scan = pathlib.Path(folder) / 'ripple.ply'
-            subprocess.run([bench.program, 'scan', 'shape:ripple', scan, '--points', '3000' if bench.quick else '40000',
-                            '--noise-rel', str(noise), '--quiet'], check=True)
+            scan = Path(folder) / 'ripple.ply'
+            Gpsrecon(bench.program).run('scan', 'shape:ripple', scan, '--points', 3000 if bench.quick else 40000,
+                                        '--noise-rel', noise)
             runs = [bench.lab.run_on(scan, 'shape:ripple', method=m) for m in ('none', 'clop', 'wlop')]
             rows.append([f'{100 * noise:g} %', f"{100 * runs[1]['h_rel']:.1f} %"] + [errors(run) for run in runs])
     return table(['noise', 'h', 'points', 'CLOP', 'WLOP'], rows), {}
@@ -203,7 +192,8 @@ def speed(bench):
 
     total = wlop['cpu_s']['project'] / (clop['cpu_s']['mixture'] + clop['cpu_s']['project'])
     attraction = wlop['cpu_s']['attraction'] / clop['cpu_s']['attraction']
-    rows = [row('CLOP, repulsion in every second iteration, up to h/2', clop), row('WLOP, repulsion in every iteration, up to h', wlop),
+    rows = [row('CLOP, repulsion in every second iteration, up to h/2', clop),
+            row('WLOP, repulsion in every iteration, up to h', wlop),
             ['WLOP / CLOP', '', f'{attraction:.1f}', '', f'{total:.1f}', '', '']]
     head = ['', 'mixture', 'attraction', 'repulsion', 'total', 'memory per point + particle', 'mean error, %']
     return table(head, rows), {}
@@ -313,18 +303,6 @@ def likeness(counts, darkness):
     return contrast, covariance / (deviation * statistics.pstdev(darkness)), deviation / mean_count
 
 
-def read_positions(path):
-    """x and y of what projection_lab writes: binary PLY whose properties are all float or all double."""
-    data = path.read_bytes()
-    header, body = data.split(b'end_header\n', 1)
-    types = {line.split()[1] for line in header.decode().splitlines() if line.startswith('property')}
-    names = [line.split()[2] for line in header.decode().splitlines() if line.startswith('property')]
-    if names[:2] != ['x', 'y'] or types not in ({'float'}, {'double'}):
-        sys.exit(f'{path}: expected a file of positions')
-    row = '<' + ('f' if types == {'float'} else 'd') * len(names)
-    return [values[:2] for values in struct.iter_unpack(row, body)]
-
-
 def density(bench):
     """Particles on points whose density is a picture, with and without the weights that balance it."""
     points, count, short, long = (5000, 250, 5, 10) if bench.quick else (74000, 3700, 50, 400)
@@ -333,7 +311,7 @@ def density(bench):
              ('CLOP, not balanced', 'clop', 0, long), ('CLOP, balanced', 'clop', 1, long)]
     rows, shown = [], {}
     with tempfile.TemporaryDirectory() as folder:
-        cloud, out = pathlib.Path(folder) / 'points.xyz', pathlib.Path(folder) / 'particles.ply'
+        cloud, out = Path(folder) / 'points.xyz', Path(folder) / 'particles.ply'
         for title, picture in image_points.PICTURES.items():
             drawn = image_points.points_of(picture, points, 1)
             image_points.write_xyz(drawn, cloud)
@@ -346,7 +324,7 @@ def density(bench):
                 for uniform in (0, 1):
                     run = bench.lab.run_on(cloud, '', method=method, balance=balance, count=count, uniform=uniform,
                                            iterations=iterations, h_factor=4, out=out)
-                    particles = read_positions(out)
+                    particles = Ply(out).positions[:, :2]
                     figures.append([*likeness(cells_of(particles), darkness), run['irregularity']])
                     shown[title, method, balance, iterations, uniform] = particles
                 rows.append([title, name, str(iterations) if method != 'none' else ''] +
@@ -375,9 +353,9 @@ PARTS = {part.__name__: part for part in
          (accuracy, compression, repulsion, coherence, upsampling, ripple, speed, subsample, density)}
 
 
-def save(figure, path):
+def save_picture(figure, path):
     if path.suffix == '.svg':
-        figure.savefig(path, metadata={'Date': None})
+        save(figure, path)
         return
     from PIL import Image
     whole = io.BytesIO()
@@ -388,13 +366,13 @@ def save(figure, path):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('--lab', type=pathlib.Path, required=True)
-    parser.add_argument('--data', type=pathlib.Path, required=True)
-    parser.add_argument('--program', type=pathlib.Path, help='gpsrecon, for the scans of the ripple')
+    parser.add_argument('--lab', type=Path, required=True)
+    parser.add_argument('--data', type=Path, required=True)
+    parser.add_argument('--program', type=Path, help='gpsrecon, for the scans of the ripple')
     parser.add_argument('--parts', help='of ' + ', '.join(PARTS) + '; by default all')
     parser.add_argument('--particles', type=int, default=30000)
     parser.add_argument('--quick', action='store_true')
-    parser.add_argument('--page', type=pathlib.Path, help='its tables are replaced, and the pictures beside it')
+    parser.add_argument('--page', type=Path, help='its tables are replaced, and the pictures beside it')
     arguments = parser.parse_args()
     names = arguments.parts.split(',') if arguments.parts else [n for n in PARTS if n != 'ripple' or arguments.program]
     if unknown := [name for name in names if name not in PARTS]:
@@ -407,17 +385,13 @@ def main():
         print(name, text, sep='\n', flush=True)
         if not arguments.page:
             continue
-        page, count = re.subn(f'(<!-- {name} -->\n).*?(<!-- end -->)', lambda m: m[1] + text + m[2],
-                              arguments.page.read_text(), flags=re.S)
-        if count != 1:
-            sys.exit(f'{arguments.page}: has no place for the table {name}')
-        arguments.page.write_text(page)
+        replace_sections(arguments.page, {name: text})
         for picture, draw in pictures.items():
             folder = arguments.page.parent / 'pictures'
             folder.mkdir(exist_ok=True)
-            save(draw(), folder / picture)
+            save_picture(draw(), folder / picture)
     return 0
 
 
 if __name__ == '__main__':
-    sys.exit(main())
+    sys.exit(exit_code_of(main))

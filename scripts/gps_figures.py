@@ -9,10 +9,10 @@ meshes/tweety.off in the folder that the environment variable GPSRECON_DATA_DIR 
 surfaces come from the program gpsrecon; the script makes control meshes, measures and draws. It prints the commands it
 runs, and writes FIGURE.png and numbers.json to --out. Docs: docs/evidence/figures.md.
 
-Packages (scripts/install_packages.sh develop): python3-numpy python3-matplotlib python3-vtk9 xvfb xauth. Without a
+Packages (scripts/install_packages.sh develop): python3-meshio python3-matplotlib python3-vtk9 xvfb xauth. Without a
 display it starts one of its own.
 
-Exit codes: 0 done, 2 usage, 3 a program failed.
+Exit codes: 0 done, 2 usage, 3 a program failed, or the page has no place for a table.
 """
 
 import argparse
@@ -21,12 +21,17 @@ import json
 import math
 import os
 import shlex
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
+import numpy as np
+
+from lab.pages import replace_sections, table
+from lab.pictures import pyplot, save
+from lab.ply import Ply
+from lab.runner import GPSRECON, ROOT, Gpsrecon, exit_code_of
+
 LEVELS = 5  # of the surfaces that are drawn: finer than a pixel
 SCHEMES = {"catmull-clark": "Catmull-Clark", "loop": "Loop"}
 COLORS = {"surface": (0.80, 0.74, 0.64), "linear": (0.62, 0.71, 0.80), "gaussian": (0.16, 0.38, 0.78),
@@ -47,15 +52,11 @@ class Program:
     """Runs gpsrecon in one folder, and tells the commands. `scheme` is that of figures 5, 9, 11 and 12."""
 
     def __init__(self, path, folder, scheme):
-        self.path, self.folder, self.scheme = path, folder, scheme
+        self.gpsrecon, self.folder, self.scheme = Gpsrecon(path, folder=folder), folder, scheme
 
     def __call__(self, *words):
-        words = [str(w) for w in words]
-        print("    gpsrecon " + shlex.join(words), flush=True)
-        result = subprocess.run([self.path, *words, "--quiet"], cwd=self.folder, capture_output=True, text=True)
-        if result.returncode != 0:
-            print(result.stderr, file=sys.stderr)
-            sys.exit(3)
+        print("    gpsrecon " + shlex.join(map(str, words)), flush=True)
+        self.gpsrecon.run(*words)
 
     def control(self, name, positions, faces):
         """Writes a control mesh, in triangles if the scheme needs them."""
@@ -72,7 +73,7 @@ class Program:
     def subdivide(self, covmesh, levels, *options):
         out = f"{Path(covmesh).stem}.surface.ply"
         self("subdivide", covmesh, out, "--levels", levels, *options)
-        return read_ply(self.folder / out)
+        return Surface(self.folder / out)
 
     def edited(self, covmesh, out, *steps):
         self("covmesh", covmesh, out, *steps)
@@ -80,83 +81,40 @@ class Program:
 
 
 class Surface:
-    """A mesh as arrays: positions (n, 3), normals (n, 3) or None, faces (m, k), covariances (n, 3, 3) or None."""
+    """A mesh in a PLY file as arrays: positions (n, 3), normals (n, 3), faces (m, k)."""
 
-    def __init__(self, positions, faces, normals=None, covariances=None):
-        self.positions, self.faces, self.normals, self.covariances = positions, faces, normals, covariances
+    def __init__(self, path):
+        mesh = Ply(path)
+        self.positions, self.normals, self.faces = mesh.positions, mesh.normals(), mesh.faces()
 
     def triangles(self):
-        import numpy as np
         fan = [self.faces[:, [0, k, k + 1]] for k in range(1, self.faces.shape[1] - 1)]
         return np.concatenate(fan)
 
     def area(self):
-        import numpy as np
         a, b, c = (self.positions[self.triangles()[:, k]] for k in range(3))
         return float(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
 
     def volume(self):
-        import numpy as np
         a, b, c = (self.positions[self.triangles()[:, k]] for k in range(3))
         return float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6)
 
     def edges(self):
-        import numpy as np
         ends = np.concatenate([np.stack([self.faces[:, k], np.roll(self.faces, -1, axis=1)[:, k]], axis=1)
                                for k in range(self.faces.shape[1])])
         return np.unique(np.sort(ends, axis=1), axis=0)
 
     def largest_turn(self):
         """Largest angle in degrees between the normals at the two ends of an edge."""
-        import numpy as np
         e = self.edges()
         cosine = np.einsum("ij,ij->i", self.normals[e[:, 0]], self.normals[e[:, 1]])
         return float(np.degrees(np.arccos(np.clip(cosine, -1, 1)).max()))
 
 
-def read_ply(path):
-    """The subset of binary PLY that gpsrecon writes, with faces of one size."""
-    import numpy as np
-    data = Path(path).read_bytes()
-    end = data.index(b"end_header\n") + len(b"end_header\n")
-    types = {"float": "<f4", "double": "<f8", "int": "<i4", "uint": "<u4", "uchar": "u1"}
-    counts, columns = {}, []
-    for line in data[:end].decode().splitlines():
-        word = line.split()
-        if word[0] == "element":
-            element = word[1]
-            counts[element] = int(word[2])
-        elif word[0] == "property" and element == "vertex":
-            columns.append((word[2], types[word[1]]))
-        elif word[0] == "property":
-            length_type, index_type = types[word[2]], types[word[3]]
-    rows = np.frombuffer(data, np.dtype(columns), counts["vertex"], end)
-    end += rows.nbytes
-    size = int(np.frombuffer(data, length_type, 1, end)[0])
-    faces = np.frombuffer(data, np.dtype([("n", length_type), ("v", index_type, size)]), counts["face"], end)
-    if not (faces["n"] == size).all():
-        raise ValueError(f"{path}: faces of several sizes")
-    names = {name for name, _ in columns}
-    stacked = lambda *names: np.stack([rows[name].astype(float) for name in names], axis=1)
-    normals = stacked("nx", "ny", "nz") if "nx" in names else None
-    covariances = None
-    if "covxx" in names:
-        c = stacked("covxx", "covxy", "covxz", "covyy", "covyz", "covzz")
-        covariances = c[:, [0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(-1, 3, 3)
-    return Surface(stacked("x", "y", "z"), faces["v"].astype(int), normals, covariances)
-
-
 def read_gaussians(path):
-    """Means and covariances of a covariance mesh with faces of any sizes."""
-    import numpy as np
-    data = Path(path).read_bytes()
-    header = data[:data.index(b"end_header\n")].decode().splitlines()
-    count = next(int(line.split()[2]) for line in header if line.startswith("element vertex"))
-    names = [line.split()[2] for line in header if line.startswith("property double")]
-    rows = np.frombuffer(data, "<f8", count * len(names), data.index(b"end_header\n") + len(b"end_header\n"))
-    rows = rows.reshape(count, len(names))
-    c = rows[:, [names.index("cov" + axes) for axes in ("xx", "xy", "xz", "xy", "yy", "yz", "xz", "yz", "zz")]]
-    return rows[:, :3], c.reshape(-1, 3, 3)
+    """Means and covariances of a covariance mesh."""
+    mesh = Ply(path)
+    return mesh.positions, mesh.covariances()
 
 
 def write_obj(path, positions, faces):
@@ -240,7 +198,6 @@ def helix_point(angle):
 
 def helix():
     """A tube of eight sides along two turns of a helix whose rings come in close pairs: every other quad is thin."""
-    import numpy as np
     sides, wide, thin = 8, math.radians(52), math.radians(8)
     angles = []
     while not angles or angles[-1] < 4 * math.pi:
@@ -307,7 +264,6 @@ class View:
 
 def draw(path, views, columns, size, direction, up, zoom=1.25, box=None):
     """Views in a grid, all from the same side and at the same scale. `size` is that of one view in pixels."""
-    import numpy as np
     import vtkmodules.vtkRenderingFreeType  # noqa: F401 (implementations are registered by importing them)
     import vtkmodules.vtkRenderingOpenGL2  # noqa: F401
     from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
@@ -528,7 +484,6 @@ def figure_5(run, out):
 
 def product_curve(a, b, count):
     """Eq. 5 between two Gaussians (mean, covariance)."""
-    import numpy as np
     t = np.linspace(0, 1, count)
     curve = []
     for s in t:
@@ -543,10 +498,7 @@ def figure_6(run, out):
     (a) tangential variance down, (b) orthogonal variance up, (c) orthogonal variance down. The curve is an edge of a
     triangle with sharp corners, on which nothing else acts.
     """
-    import matplotlib
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-    import numpy as np
+    plt = pyplot()
     from matplotlib.patches import Ellipse
     slope = math.radians(50)
     along = [np.array((math.cos(slope), math.sin(slope), 0)), np.array((math.cos(slope), -math.sin(slope), 0))]
@@ -601,7 +553,7 @@ def figure_6(run, out):
         axis.legend(fontsize=7, loc="lower center", frameon=False)
         axis.axis("off")
     figure.tight_layout()
-    figure.savefig(out / "figure-6.png")
+    save(figure, out / "figure-6.png")
     print(f"  figure-6.png: {(out / 'figure-6.png').stat().st_size / 1000:.0f} kB", flush=True)
     return numbers
 
@@ -624,8 +576,8 @@ def figure_7(run, out):
             rows[level] = {"vertices": len(surface.positions), "area": surface.area(), "volume": surface.volume()}
         numbers[name] = rows
     lines = [line.split() for line in (run.folder / "tweety.obj").read_text().splitlines()]
-    wire = ([tuple(map(float, l[1:4])) for l in lines if l[0] == "v"],
-            [tuple(int(w) - 1 for w in l[1:]) for l in lines if l[0] == "f"])
+    wire = ([tuple(map(float, words)) for kind, *words in lines if kind == "v"],
+            [tuple(int(word) - 1 for word in words) for kind, *words in lines if kind == "f"])
     views = [View("control mesh and Gaussians", wire=wire, gaussians=read_gaussians(run.folder / "tweety.ply")),
              View("Loop", surfaces["tweety-linear"], "linear"), View("Gaussian-product Loop", surfaces["tweety"])]
     draw(out / "figure-7.png", views, 3, (320, 380), (1, 0.1, 0.7), (0, 1, 0), zoom=1.1)
@@ -634,7 +586,6 @@ def figure_7(run, out):
 
 def figure_9(run, out):
     """Surfaces of one cube with different covariances."""
-    import numpy as np
     positions, faces = cube()
     run.control("cube.obj", positions, faces)
     run("infer", "cube.obj", "cube.ply")
@@ -705,7 +656,6 @@ def figure_10(run, out):
 def helix_deviation(surface, angles):
     """Distance of the surface from the axis of the tube, without the first and last quarter turn: mean and standard
     deviation."""
-    import numpy as np
     fine = np.linspace(angles[0], angles[-1], 20001)
     axis = np.array([helix_point(angle) for angle in fine])
     coarse = axis[::20]
@@ -740,14 +690,13 @@ def figure_11(run, out):
 
 def blade(surface, behind):
     """Where the middle of the blade ends, and how thick it is a given distance behind that."""
-    import numpy as np
     p = surface.positions
     middle = p[np.abs(p[:, 1]) < 0.05]
     tip = middle[:, 0].max()
     d = tip - middle[:, 0]
     order = np.argsort(d)
-    return {"tip_x": float(tip), "thickness": {str(b): float(2 * np.interp(b, d[order], np.abs(middle[order, 2])))
-                                                for b in behind}}
+    thickness = {str(b): float(2 * np.interp(b, d[order], np.abs(middle[order, 2]))) for b in behind}
+    return {"tip_x": float(tip), "thickness": thickness}
 
 
 def figure_12(run, out):
@@ -777,18 +726,13 @@ FIGURES = {5: figure_5, 6: figure_6, 7: figure_7, 9: figure_9, 10: figure_10, 11
 # ---- the numbers as tables ----
 
 
-def table(header, rows):
-    lines = ["| " + " | ".join(header) + " |", "|" + "---|" * len(header)]
-    return lines + ["| " + " | ".join(row) + " |" for row in rows]
-
-
 def tables(figure, n, scheme):
-    """The numbers `n` of a figure as lines of Markdown."""
+    """The numbers `n` of a figure in Markdown."""
     kinds = {"linear": SCHEMES[scheme], "gaussian": "Gaussian-product " + SCHEMES[scheme]}
     if figure == 5:
         levels = list(n["jack"]["largest_turn_degrees_by_level"])
         return table(["largest turn of the normal along an edge at level", *map(str, levels), "area", "volume"],
-                     [[kinds[kind], *(f"{n[name]['largest_turn_degrees_by_level'][l]:.2f}°" for l in levels),
+                     [[kinds[kind], *(f"{n[name]['largest_turn_degrees_by_level'][level]:.2f}°" for level in levels),
                        f"{n[name]['area']:.3f}", f"{n[name]['volume']:.3f}"]
                       for kind, name in (("linear", "jack-linear"), ("gaussian", "jack"))])
     if figure == 6:
@@ -822,24 +766,14 @@ def tables(figure, n, scheme):
 
 
 def update_page(page, numbers, scheme):
-    """Puts the tables between the lines <!-- numbers N --> and <!-- end --> of a Markdown file."""
-    lines, keep = [], True
-    for line in page.read_text().splitlines():
-        if line == "<!-- end -->":
-            keep = True
-        if keep:
-            lines.append(line)
-        if line.startswith("<!-- numbers "):
-            figure = int(line.split()[2])
-            if f"figure {figure}" in numbers:
-                lines += tables(figure, numbers[f"figure {figure}"], scheme)
-                keep = False
-    page.write_text("\n".join(lines) + "\n")
+    """Puts the tables into the sections `numbers N` of a page."""
+    replace_sections(page, {f"numbers {n}": tables(n, numbers[f"figure {n}"], scheme)
+                            for n in FIGURES if f"figure {n}" in numbers})
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--program", type=Path, default=ROOT / "build/release/bin/gpsrecon", help="gpsrecon to use")
+    parser.add_argument("--program", type=Path, default=GPSRECON, help="gpsrecon to use")
     parser.add_argument("--out", type=Path, default=ROOT / "docs/evidence/pictures/gps", help="folder for pictures and numbers")
     parser.add_argument("--page", type=Path, help="Markdown file in which to update the tables, such as docs/evidence/figures.md")
     parser.add_argument("--work", type=Path, help="folder to keep meshes in; default: a temporary one")
@@ -873,7 +807,8 @@ def main():
     file.write_text(json.dumps(ordered, indent=1) + "\n")
     if arguments.page:
         update_page(arguments.page, ordered, arguments.scheme)
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(exit_code_of(main))

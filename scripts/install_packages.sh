@@ -15,9 +15,9 @@ build="g++ cmake ninja-build ccache libeigen3-dev libflann-dev liblz4-dev libcga
   nlohmann-json3-dev libpcl-dev"
 test="libgtest-dev libgmock-dev libbenchmark-dev libopenmesh-dev libosd-dev
   python3"
-benchmark="python3-matplotlib"
-develop="git clang-format-14 clang-tidy-14
-  python3-numpy python3-scipy python3-vtk9 xvfb xauth"
+benchmark="python3-matplotlib python3-meshio"
+develop="git clang-format-14 clang-tidy-14 flake8 shellcheck
+  python3-numpy python3-pil python3-scipy python3-vtk9 xvfb xauth"
 
 case "${1:-build}" in
   build) wanted="$build" ;;

@@ -6,54 +6,28 @@
 A shape with creases is scanned virtually, with and without errors, and its normals are compared with the exact ones:
 those of planes, of spherical medians, and of continuous medians for two kernel sizes and several compressions of the
 mixture. With --data, a folder that holds scans/NAME.sN.ply and truth/NAME.ply, also those of virtual scans of meshes.
-With --quick few points and one mesh are measured, to see that it works: give it a page of its own. Needs numpy, matplotlib and, for --data, scipy.
+With --quick few points and one mesh are measured, to see that it works: give it a page of its own. Needs meshio,
+matplotlib and, for --data, scipy.
+
+Exit codes: 0 done, 2 usage, 3 a program failed, or the page has no place for a section.
 """
 
 import argparse
-import os
-import re
-import subprocess
 import sys
 import tempfile
+from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
 
-ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
-PAGE = os.path.join(ROOT, "docs", "evidence", "normals.md")
+from lab.pages import replace_sections, table
+from lab.pictures import pyplot, save
+from lab.ply import Ply
+from lab.runner import GPSRECON, ROOT, Gpsrecon, exit_code_of, run_measured
+
+PAGE = ROOT / "docs/evidence/normals.md"
 NAMES = ["nefertiti", "koala", "hammer", "spot"]
-PLY_TYPES = {"float": "<f4", "double": "<f8", "uchar": "u1", "int": "<i4", "uint": "<u4"}
 KERNELS = (0.011, 0.022)  # of the diagonal, those of the paper's Figure 16
 JUDGED = 30000  # points of a scan of a mesh that are compared
-
-
-def read_ply(path):
-    """Vertex columns, and triangles if there are any, of a binary little-endian PLY file."""
-    data = open(path, "rb").read()
-    begin = data.index(b"end_header\n") + len("end_header\n")
-    columns, counts, element = [], {}, None
-    for line in data[:begin].decode().splitlines():
-        words = line.split()
-        if words[0] == "element":
-            element = words[1]
-            counts[element] = int(words[2])
-        elif words[0] == "property" and element == "vertex":
-            columns.append((words[2], PLY_TYPES[words[1]]))
-    vertices = np.frombuffer(data, columns, counts["vertex"], begin)
-    if not counts.get("face"):
-        return vertices, None
-    row = [("n", "u1"), ("corners", "<i4", 3)]
-    faces = np.frombuffer(data, row, counts["face"], begin + vertices.nbytes)
-    if (faces["n"] != 3).any():
-        raise SystemExit(f"{path}: expected triangles")
-    return vertices, faces["corners"]
-
-
-def vectors(vertices, names):
-    return np.stack([vertices[name].astype(float) for name in names], axis=1)
 
 
 def degrees_between(a, b):
@@ -62,34 +36,27 @@ def degrees_between(a, b):
 
 
 class Runner:
+    """Runs gpsrecon with files in `folder`."""
+
     def __init__(self, program, folder):
-        self.program, self.folder = program, folder
+        self.gpsrecon, self.folder = Gpsrecon(program), folder
 
-    def path(self, name):
-        return os.path.join(self.folder, name)
-
-    def run(self, *arguments):
-        """Runs the program; returns its CPU seconds."""
-        before = os.times()
-        subprocess.run([self.program, *map(str, arguments), "--quiet"], check=True)
-        after = os.times()
-        return after.children_user + after.children_system - before.children_user - before.children_system
+    def scan(self, name, *options):
+        path = self.folder / f"{name}.ply"
+        self.gpsrecon.run("scan", f"shape:{name}", path, *options)
+        return path
 
     def normals(self, points, *options):
-        out = self.path("out.ply")
-        seconds = self.run("normals", points, out, *options)
-        return vectors(read_ply(out)[0], ("nx", "ny", "nz")), seconds
+        """And the CPU seconds that they took."""
+        out = self.folder / "out.ply"
+        taken = run_measured(self.gpsrecon.command("normals", points, out, *options))
+        return Ply(out).normals(), taken["cpu_s"]
 
     def compression(self, points, *options):
         """Gaussians per point."""
-        out = self.path("mixture.ply")
-        self.run("mixture", points, out, *options)
-        return len(read_ply(out)[0]) / len(read_ply(points)[0])
-
-
-def table(head, rows):
-    lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
-    return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows]) + "\n"
+        out = self.folder / "mixture.ply"
+        self.gpsrecon.run("mixture", points, out, *options)
+        return len(Ply(out)) / len(Ply(points))
 
 
 def figures(errors):
@@ -106,18 +73,18 @@ def draw_block(panels, positions, truth, path):
     up = np.cross(view, right)
     front = np.nonzero(truth @ view > 0)[0]
     front = front[np.argsort(positions[front] @ view)]
-    figure, axes = plt.subplots(1, len(panels), figsize=(4.2 * len(panels), 3.4), layout="constrained")
+    figure, axes = pyplot().subplots(1, len(panels), figsize=(4.2 * len(panels), 3.4), layout="constrained")
     for axis, (title, errors) in zip(axes, panels):
         dots = axis.scatter(positions[front] @ right, positions[front] @ up, s=6, linewidths=0, c=errors[front],
                             cmap="inferno_r", vmin=0, vmax=20)
         axis.set(title=title, aspect="equal", xlim=(-1.3, 1.3), ylim=(-0.6, 1.4))
         axis.axis("off")
     figure.colorbar(dots, ax=axes, label="error, degrees", shrink=0.8)
-    figure.savefig(path, dpi=75)
+    save(figure, path, dpi=75)
 
 
 def draw_curves(curves, compressions, path):
-    figure, (left, right) = plt.subplots(1, 2, figsize=(11, 3.8))
+    figure, (left, right) = pyplot().subplots(1, 2, figsize=(11, 3.8))
     for label, errors in curves:
         left.plot(np.sort(errors), 100 - 100 * np.arange(len(errors)) / len(errors), label=label)
     left.set(xscale="log", yscale="log", xlim=(0.1, 90), ylim=(0.1, 100), xlabel="error of the normal, degrees",
@@ -128,14 +95,13 @@ def draw_curves(curves, compressions, path):
     right.set(xscale="log", xlabel="Gaussians, % of the points", ylabel="mean error, degrees", ylim=(0, None))
     right.legend()
     figure.tight_layout()
-    figure.savefig(path, dpi=80)
+    save(figure, path, dpi=80)
 
 
 def measure_block(runner, count, pictures):
-    points = runner.path("block.ply")
-    runner.run("scan", "shape:block", points, "--points", count, "--noise-rel", 0.0002, "--normals", "surface")
-    vertices, _ = read_ply(points)
-    positions, truth = vectors(vertices, "xyz"), vectors(vertices, ("nx", "ny", "nz"))
+    points = runner.scan("block", "--points", count, "--noise-rel", 0.0002, "--normals", "surface")
+    scan = Ply(points)
+    positions, truth = scan.positions, scan.normals()
     text = (f"A virtual scan of `shape:block`, {count:,} points, noise 0.02 % of the diagonal. The exact normals are known. "
             "The kernels are those of the paper's Figure 16, 1.1 % and 2.2 % of the diagonal.\n\n")
     rows, curves, panels = [], [], []
@@ -153,7 +119,7 @@ def measure_block(runner, count, pictures):
             panels.append((label, errors))
     text += table(["normals", "mean", "median", "95 %", "above 10°", "CPU"], rows) + "\n"
     text += "![A corner of the block, coloured by the errors](pictures/normals-block.png)\n\n"
-    draw_block(panels, positions, truth, os.path.join(pictures, "normals-block.png"))
+    draw_block(panels, positions, truth, pictures / "normals-block.png")
 
     text += ("Compression costs accuracy on the whole, though on the planes larger Gaussians average more noise away. "
              "Without flat levels, for several bounds α of the divergence of Gaussians that merge, up to five levels:\n\n")
@@ -174,7 +140,7 @@ def measure_block(runner, count, pictures):
         head += [f"h = {100 * h:.1f} %: mean", "median", "above 10°"]
     text += table(head, rows) + "\n"
     text += "![Errors of normals](pictures/normals-error.png)\n"
-    draw_curves(curves, compressions, os.path.join(pictures, "normals-error.png"))
+    draw_curves(curves, compressions, pictures / "normals-error.png")
     return text
 
 
@@ -209,12 +175,12 @@ def measure_scans(runner, data, names):
             "spanning tree leaves on the wrong side, of those from planes.\n\n")
     rows, seconds = [], {method: [] for method in ("pca", "weiszfeld", "csw")}
     for name in names:
-        truth, faces = read_ply(os.path.join(data, "truth", name + ".ply"))
-        corners = vectors(truth, "xyz")
+        truth = Ply(data / "truth" / f"{name}.ply")
+        corners, faces = truth.positions, truth.faces()
         diagonal = np.linalg.norm(corners.max(0) - corners.min(0))
         for grade in ("s1", "s2", "s3"):
-            scan = os.path.join(data, "scans", f"{name}.{grade}.ply")
-            positions = vectors(read_ply(scan)[0], "xyz")
+            scan = data / "scans" / f"{name}.{grade}.ply"
+            positions = Ply(scan).positions
             judged = slice(None, None, max(1, len(positions) // JUDGED))
             exact, distance = nearest_normals(positions[judged], corners, faces)
             near = distance < 0.01 * diagonal
@@ -234,31 +200,26 @@ def measure_scans(runner, data, names):
     return text
 
 
-def replace_section(path, name, text):
-    page = open(path, encoding="utf-8").read()
-    pattern = re.compile(f"(<!-- {name}: measured by scripts/normals.py -->\n).*?(<!-- end -->)", re.S)
-    if not pattern.search(page):
-        raise SystemExit(f"{path}: has no place for {name}")
-    page = pattern.sub(lambda match: match.group(1) + "\n" + text + "\n" + match.group(2), page)
-    open(path, "w", encoding="utf-8").write(page)
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--program", default=os.path.join(ROOT, "build", "release", "bin", "gpsrecon"))
-    parser.add_argument("--data", help="folder of scans and truth; without it that section stays")
-    parser.add_argument("--page", default=PAGE, help="its sections are replaced, and the pictures beside it")
+    parser.add_argument("--program", type=Path, default=GPSRECON)
+    parser.add_argument("--data", type=Path, help="folder of scans and truth; without it that section stays")
+    parser.add_argument("--page", type=Path, default=PAGE, help="its sections are replaced, and the pictures beside it")
     parser.add_argument("--quick", action="store_true")
     arguments = parser.parse_args()
-    pictures = os.path.join(os.path.dirname(arguments.page), "pictures")
-    os.makedirs(pictures, exist_ok=True)
+    pictures = arguments.page.parent / "pictures"
+    pictures.mkdir(parents=True, exist_ok=True)
+
+    def write(name, text):
+        replace_sections(arguments.page, {f"{name}: measured by scripts/normals.py": f"\n{text}\n"})
+
     with tempfile.TemporaryDirectory() as folder:
-        runner = Runner(arguments.program, folder)
-        replace_section(arguments.page, "creases", measure_block(runner, 10000 if arguments.quick else 100000, pictures))
+        runner = Runner(arguments.program, Path(folder))
+        write("creases", measure_block(runner, 10000 if arguments.quick else 100000, pictures))
         if arguments.data:
-            replace_section(arguments.page, "scans", measure_scans(runner, arguments.data, NAMES[1:2] if arguments.quick else NAMES))
+            write("scans", measure_scans(runner, arguments.data, NAMES[1:2] if arguments.quick else NAMES))
     return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(exit_code_of(main))

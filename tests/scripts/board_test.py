@@ -1,14 +1,13 @@
 """The regression board passes on what it recorded and fails on a worsened figure: board_test.py PROGRAM"""
 
 import json
-import subprocess
-import sys
 import tempfile
 import unittest
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent.parent
-PROGRAM = sys.argv.pop(1)
+from support import PROGRAM, run_script
+
+import board
 
 
 class Board(unittest.TestCase):
@@ -27,9 +26,8 @@ class Board(unittest.TestCase):
 
     @classmethod
     def run_board(cls, *arguments, program=PROGRAM):
-        command = [sys.executable, ROOT / "scripts/board.py", "--program", program, "--data", cls.folder.name,
-                   "--only", "^sphere.s3$", "--points", "2500", "--samples", "5000", "--record", cls.record, *arguments]
-        return subprocess.run(list(map(str, command)), capture_output=True, text=True)
+        return run_script("board.py", "--program", program, "--data", cls.folder.name, "--only", "^sphere.s3$",
+                          "--points", 2500, "--samples", 5000, "--record", cls.record, *arguments)
 
     def with_figures(self, change):
         """Runs the board against changed figures of the record."""
@@ -78,28 +76,22 @@ class Board(unittest.TestCase):
 class Rules(unittest.TestCase):
     """What is compared with what, on made-up figures."""
 
-    @classmethod
-    def setUpClass(cls):
-        sys.path.insert(0, str(ROOT / "scripts"))
-        import board
-        cls.board = board
-
     def test_share_is_of_poissons_shallowest_depth_that_is_not_more_accurate(self):
         baseline = [{"scan": "a", "depth": d, "vertices": v, "rms_mesh_to_truth": m, "rms_truth_to_mesh": t}
                     for d, v, m, t in [("9", "4000", "0.02", "0.01"), ("7", "100", "0.05", "0.01"),
                                        ("8", "1000", "0.01", "0.03")]]
-        share = lambda m, t: self.board.poisson_shares(
+        share = lambda m, t: board.poisson_shares(
             "a", {"mesh_to_truth": m, "truth_to_mesh": t, "vertices": 50}, baseline)
         best = 50 / 4000
         self.assertEqual(share(0.04, 0.01), [0.5, best])  # depth 7: 0.05 is not below 0.04
         self.assertEqual(share(0.05, 0.01), [0.5, best])
         self.assertEqual(share(0.06, 0.01), [None, best])
         self.assertEqual(share(0.001, 0.05), [0.5, best])
-        self.assertEqual(self.board.poisson_shares("b", {"mesh_to_truth": 1, "truth_to_mesh": 1}, baseline), [None, None])
+        self.assertEqual(board.poisson_shares("b", {"mesh_to_truth": 1, "truth_to_mesh": 1}, baseline), [None, None])
 
     def test_targets_are_met_by_all_three_figures(self):
         targets = [{"scan": "a", "rms_mesh_to_truth": "0.1", "rms_truth_to_mesh": "0.2", "normal_angle": "3"}]
-        text = lambda m, t, n: self.board.target_text(
+        text = lambda m, t, n: board.target_text(
             "a", {"mesh_to_truth": m, "truth_to_mesh": t, "normal_angle": n}, targets)
         self.assertEqual(text(0.1, 0.2, 3), "met")
         self.assertEqual(text(0.11, 0.2, 3.5), "missed: mesh to truth > 0.1, normals > 3")
@@ -108,7 +100,7 @@ class Rules(unittest.TestCase):
     def test_noise_is_twice_the_largest_deviation_but_not_below_the_floor(self):
         figures = {"mesh_to_truth": 1.0, "vertices": 100}
         repeats = [{"mesh_to_truth": 0.9, "vertices": 100}, {"mesh_to_truth": 1.05, "vertices": 100}]
-        self.assertEqual(self.board.noise_of(figures, repeats), {"mesh_to_truth": 0.2, "vertices": 2})
+        self.assertEqual(board.noise_of(figures, repeats), {"mesh_to_truth": 0.2, "vertices": 2})
 
 
 if __name__ == "__main__":

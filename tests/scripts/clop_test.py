@@ -1,6 +1,6 @@
 """The measurements of projections come out whole and plausible: clop_test.py PROGRAM
 
-Exits with 77 (skipped) where projection_lab is not beside the program.
+Exits with 77 (skipped) where projection_lab is not beside the program, or the script lacks a package.
 """
 
 import re
@@ -10,14 +10,14 @@ import tempfile
 import unittest
 from pathlib import Path
 
-import small_scans
+import support
+from support import ROOT
 
-ROOT = Path(__file__).resolve().parent.parent.parent
-PROGRAM = Path(sys.argv.pop(1)).resolve()
-LAB = PROGRAM.with_name("projection_lab")
-SKIPPED = 77
-PYTHON = "/usr/bin/python3"  # the system's, which has matplotlib if any
-sys.path.insert(0, str(ROOT / "scripts"))
+LAB = support.PROGRAM.with_name("projection_lab")
+if not LAB.exists():
+    print(f"skipped: {LAB} is not built")
+    sys.exit(support.SKIPPED)
+support.skip_without("meshio", "matplotlib", "PIL")
 import clop  # noqa: E402
 import image_points  # noqa: E402
 
@@ -35,43 +35,25 @@ def numbers(cell):
     return [float(word.replace(",", "")) for word in re.findall(r"[-+]?\d[\d,]*\.?\d*", cell)]
 
 
-class Whole(unittest.TestCase):
+class Whole(support.MeasuredPage):
     """A quick run on small scans."""
 
-    @classmethod
-    def setUpClass(cls):
-        cls.folder = tempfile.TemporaryDirectory()
-        base = Path(cls.folder.name)
-        small_scans.make(PROGRAM, base)
-        cls.before = (ROOT / "docs/evidence/projection.md").read_text()
-        cls.path = base / "clop.md"
-        cls.path.write_text(cls.before)
-        cls.run_script("--quick")
-        cls.page = cls.path.read_text()
+    script, page_path = "clop.py", "docs/evidence/projection.md"
 
     @classmethod
-    def tearDownClass(cls):
-        cls.folder.cleanup()
-
-    @classmethod
-    def run_script(cls, *arguments, page=None):
-        command = [PYTHON, ROOT / "scripts/clop.py", "--lab", LAB, "--program", PROGRAM, "--data", cls.folder.name,
-                   "--particles", "1000", "--page", page or cls.path, *arguments]
-        result = subprocess.run(list(map(str, command)), capture_output=True, text=True)
-        assert result.returncode == 0, result.stderr
-        return result
+    def measure(cls, page, *arguments):
+        return super().measure(page, "--lab", LAB, "--particles", "1000", *arguments)
 
     def rows(self, part, columns, count):
         """Of a table of the page, as lists of its cells."""
         (text,) = re.findall(f"<!-- {part} -->\n(.*?)<!-- end -->", self.page, re.S)
-        rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in text.strip().splitlines()]
+        (rows,) = support.tables_of(text)
         self.assertEqual({len(row) for row in rows}, {columns})
-        self.assertEqual(len(rows), 2 + count)
-        return rows[2:]
+        self.assertEqual(len(rows), count)
+        return rows
 
     def test_leaves_the_text_alone(self):
-        between = lambda page: re.sub("(<!-- [a-z]+ -->\n).*?(<!-- end -->)", r"\1\2", page, flags=re.S)
-        self.assertEqual(between(self.page), between(self.before))
+        self.assertEqual(support.without_sections(self.page), support.without_sections(self.before))
         self.assertNotEqual(self.page, self.before)
         self.assertEqual(len(re.findall("<!-- end -->", self.page)), len(clop.PARTS))
 
@@ -172,11 +154,13 @@ class Whole(unittest.TestCase):
     def test_names_what_it_cannot_do(self):
         page = self.path.with_name("other.md")
         page.write_text("<!-- repulsion -->\n<!-- end -->\n")
-        self.run_script("--quick", "--parts", "repulsion", page=page)
+        self.assertEqual(self.measure(page, "--parts", "repulsion").returncode, 0)
         self.assertIn("| in every second |", page.read_text())
-        for parts, message in (("repulsion,nonsense", "unknown parts: nonsense"), ("compression", "no place for the table compression")):
-            with self.assertRaisesRegex(AssertionError, message):
-                self.run_script("--quick", "--parts", parts, page=page)
+        for parts, code, message in (("repulsion,nonsense", 2, "unknown parts: nonsense"),
+                                     ("compression", 3, "other.md: has no place for compression")):
+            result = self.measure(page, "--parts", parts)
+            self.assertEqual(result.returncode, code)
+            self.assertIn(message, result.stderr)
 
 
 class Likeness(unittest.TestCase):
@@ -193,8 +177,8 @@ class Likeness(unittest.TestCase):
 
     def test_cells(self):
         middle_of_the_first = 0.04 + 0.92 / 24
-        counts = clop.cells_of([(middle_of_the_first, middle_of_the_first), (0.95, middle_of_the_first), (0.95, 0.95), (0.95, 0.95),
-                                (0.03, 0.5), (0.5, 0.97), (-0.2, 0.5)])
+        counts = clop.cells_of([(middle_of_the_first, middle_of_the_first), (0.95, middle_of_the_first),
+                                (0.95, 0.95), (0.95, 0.95), (0.03, 0.5), (0.5, 0.97), (-0.2, 0.5)])
         self.assertEqual((counts[0], counts[11], counts[-1], sum(counts)), (1, 1, 2, 4))
 
 
@@ -205,10 +189,11 @@ class ImagePoints(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             out = Path(folder) / "points.xyz"
             for picture, count, seed, expected in described:
-                subprocess.run([sys.executable, ROOT / "datasets/image_points.py", picture, out, "--points", count.replace(",", ""),
+                count = count.replace(",", "")
+                subprocess.run([sys.executable, ROOT / "datasets/image_points.py", picture, out, "--points", count,
                                 "--seed", seed], check=True)
                 self.assertEqual(fnv1a(out.read_bytes()), expected)
-                self.assertEqual(out.read_text().count("\n"), int(count.replace(",", "")))
+                self.assertEqual(out.read_text().count("\n"), int(count))
 
     def test_are_as_dense_as_the_picture_is_dark(self):
         for picture in image_points.PICTURES.values():
@@ -222,10 +207,4 @@ class ImagePoints(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    if not LAB.exists():
-        print(f"skipped: {LAB} is not built")
-        sys.exit(SKIPPED)
-    if subprocess.run([PYTHON, "-c", "import matplotlib, PIL"], capture_output=True).returncode != 0:
-        print(f"skipped: {PYTHON} has no matplotlib")
-        sys.exit(SKIPPED)
     unittest.main()

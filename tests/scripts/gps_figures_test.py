@@ -1,21 +1,19 @@
 """Control meshes, measures and tables of the figures: gps_figures_test.py PROGRAM
 
-What needs NumPy skips without it.
+Exits with 77 (skipped) where the script lacks a package.
 """
 
 import collections
-import importlib.util
 import math
-import sys
 import tempfile
 import unittest
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent.parent / "scripts"))
-import gps_figures as figures  # noqa: E402
+import support
 
-PROGRAM = Path(sys.argv.pop(1))
-HAS_NUMPY = importlib.util.find_spec("numpy") is not None
+support.skip_without("numpy", "meshio")
+import gps_figures as figures  # noqa: E402
+import numpy as np  # noqa: E402
 
 
 def cross(a, b):
@@ -49,7 +47,6 @@ class ControlMeshes(unittest.TestCase):
             self.check_closed(positions, faces)
             self.check_closed(positions, figures.triangulated(positions, faces))
 
-    @unittest.skipUnless(HAS_NUMPY, "needs NumPy")
     def test_helix_is_a_closed_tube(self):
         positions, faces, _ = figures.helix()
         self.check_closed(positions, faces)
@@ -83,13 +80,11 @@ class Page(unittest.TestCase):
                                              "<!-- numbers 7 -->", "kept", "<!-- end -->"])
 
 
-@unittest.skipUnless(HAS_NUMPY, "needs NumPy")
 class Measures(unittest.TestCase):
     def test_equal_covariances_on_a_flat_mesh_measure_as_the_mesh(self):
         """A flat square stays flat; with sharp corners and equal covariances its boundary stays, too."""
-        import numpy as np
         with tempfile.TemporaryDirectory() as folder:
-            run = figures.Program(PROGRAM.resolve(), Path(folder), "loop")
+            run = figures.Program(support.PROGRAM, Path(folder), "loop")
             run.control("square.obj", [(0, 0, 2), (3, 0, 2), (3, 3, 2), (0, 3, 2), (1.5, 1.5, 2)],
                         [(0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)])
             run("infer", "square.obj", "square.ply")
@@ -107,7 +102,6 @@ class Measures(unittest.TestCase):
             self.assertGreater(surface.area(), 0.6 * 9)
 
     def test_two_gaussians_follow_equation_5(self):
-        import numpy as np
         a, b = (np.array((-1.0, 0, 0)), np.diag((1.0, 0.1, 1))), (np.array((1.0, 2, 0)), np.diag((0.2, 3, 1)))
         curve = figures.product_curve(a, b, 3)
         self.assertTrue(np.allclose(curve[[0, 2]], [a[0], b[0]]))

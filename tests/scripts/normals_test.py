@@ -1,64 +1,30 @@
 """The measurements of normals come out whole and plausible: normals_test.py PROGRAM
 
-Exits with 77 (skipped) where the system's Python lacks what the script needs.
+Exits with 77 (skipped) where the script lacks a package.
 """
 
 import re
-import subprocess
-import sys
-import tempfile
 import unittest
-from pathlib import Path
 
-import small_scans
-
-ROOT = Path(__file__).resolve().parent.parent.parent
-PROGRAM = Path(sys.argv.pop(1)).resolve()
-SKIPPED = 77
-PYTHON = "/usr/bin/python3"
+import support
 
 
 def numbers(cell):
     return [float(word) for word in re.findall(r"\d+\.?\d*", cell)]
 
 
-class Whole(unittest.TestCase):
+class Whole(support.MeasuredPage):
     """A quick run on small scans."""
 
-    @classmethod
-    def setUpClass(cls):
-        cls.folder = tempfile.TemporaryDirectory()
-        base = Path(cls.folder.name)
-        small_scans.make(PROGRAM, base)
-        cls.before = (ROOT / "docs/evidence/normals.md").read_text()
-        cls.path = base / "normals.md"
-        cls.path.write_text(cls.before)
-        result = cls.run_script(cls.path, "--data", base)
-        assert result.returncode == 0, result.stderr
-        cls.page = cls.path.read_text()
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.folder.cleanup()
-
-    @classmethod
-    def run_script(cls, page, *arguments):
-        command = [PYTHON, ROOT / "scripts/normals.py", "--program", PROGRAM, "--quick", "--page", page, *arguments]
-        return subprocess.run(list(map(str, command)), capture_output=True, text=True)
+    script, page_path = "normals.py", "docs/evidence/normals.md"
 
     def tables(self, section):
-        """Of a section of the page, as lists of rows of cells without their heads."""
+        """The text of a section of the page, and the tables in it."""
         (text,) = re.findall(f"<!-- {section}: measured by scripts/normals.py -->\n(.*?)<!-- end -->", self.page, re.S)
-        found = []
-        for lines in re.findall(r"(?:^\|.*\n)+", text, re.M):
-            rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines.splitlines()]
-            self.assertEqual(len({len(row) for row in rows}), 1)
-            found.append(rows[2:])
-        return text, found
+        return text, support.tables_of(text)
 
     def test_leaves_the_text_alone(self):
-        between = lambda page: re.sub("(<!-- [a-z]+: .*? -->\n).*?(<!-- end -->)", r"\1\2", page, flags=re.S)
-        self.assertEqual(between(self.page), between(self.before))
+        self.assertEqual(support.without_sections(self.page), support.without_sections(self.before))
         self.assertNotEqual(self.page, self.before)
 
     def test_draws_what_the_page_shows(self):
@@ -99,13 +65,11 @@ class Whole(unittest.TestCase):
     def test_names_what_it_cannot_do(self):
         page = self.path.with_name("other.md")
         page.write_text("nothing here\n")
-        result = self.run_script(page)
-        self.assertEqual(result.returncode, 1)
+        result = self.measure(page)
+        self.assertEqual(result.returncode, 3)
         self.assertIn("other.md: has no place for creases", result.stderr)
 
 
 if __name__ == "__main__":
-    if subprocess.run([PYTHON, "-c", "import numpy, matplotlib, scipy"], capture_output=True).returncode != 0:
-        print(f"skipped: {PYTHON} has no NumPy, SciPy or matplotlib")
-        sys.exit(SKIPPED)
+    support.skip_without("meshio", "matplotlib", "scipy")
     unittest.main()
