@@ -11,6 +11,7 @@ set(GPSRECON_PUBLIC_HEADERS
   clop/project.h
   core/attributes.h
   core/clean.h
+  core/connectivity.h
   core/error.h
   core/frame.h
   core/gaussian.h

@@ -1,6 +1,6 @@
+#include <gpsrecon/core/connectivity.h>
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/mesh.h>
-#include <gpsrecon/core/mesh_topology.h>
 #include <algorithm>
 
 namespace gpsrecon {
@@ -39,9 +39,7 @@ void validate(const Mesh& mesh) {
 void validate(const CovMesh& mesh) {
   validate(mesh.vertices);
   validate(mesh.faces, mesh.vertices.size());
-  const HalfEdges edges = half_edges(mesh.faces, mesh.vertices.size());
-  const std::string faults = manifold_faults(mesh.faces, edges, mesh.vertices.size());
-  if (!faults.empty()) throw InvariantError("covariance mesh: " + faults);
+  manifold_connectivity(mesh.faces, mesh.vertices.size(), "covariance mesh");
 }
 
 }  // namespace gpsrecon

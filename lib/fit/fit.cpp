@@ -8,6 +8,7 @@
 #include <gpsrecon/fit/residuals.h>
 #include <gpsrecon/fit/rim.h>
 #include <gpsrecon/gps/limit_surface.h>
+#include <gpsrecon/gps/refined_connectivity.h>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -189,7 +190,7 @@ struct Fitting {
   void assign(const SurfaceSamples& samples, const SampleGraph& graph, bool first);
   std::size_t step(CovMesh& mesh, const LimitSurface& surface, const ControlEdges& edges, const Rim& rim,
                    const SurfaceSamples& samples);
-  std::vector<double> round(Fit& fit, const TriangleConnectivity& topology, int steps, Scheme scheme = Scheme::loop);
+  std::vector<double> round(Fit& fit, const Connectivity& topology, int steps, Scheme scheme = Scheme::loop);
 };
 
 void Fitting::assign(const SurfaceSamples& samples, const SampleGraph& graph, bool first) {
@@ -221,7 +222,7 @@ std::size_t Fitting::step(CovMesh& mesh, const LimitSurface& surface, const Cont
 /// Steps on one control mesh, until the points come no closer. Returns the evidence for more detail per control edge,
 /// and hands the points over to the control vertices, which keep their numbers when edges are split.
 /// Evidence there is with Scheme::loop only.
-std::vector<double> Fitting::round(Fit& fit, const TriangleConnectivity& topology, int steps, Scheme scheme) {
+std::vector<double> Fitting::round(Fit& fit, const Connectivity& topology, int steps, Scheme scheme) {
   CovMesh& mesh = fit.mesh;
   const LimitSurface surface(mesh.faces, mesh.vertices.size(), options.level, {.scheme = scheme}, context);
   const SampleGraph graph = sample_graph(surface);
@@ -281,7 +282,7 @@ Fit fit(CovMesh mesh, const PointCloud& cloud, const FitOptions& options, const 
   CovMesh coarser;
   FitState accepted;
   for (int round = 0;; ++round) {
-    const TriangleConnectivity topology = triangle_connectivity(result.mesh.faces, result.mesh.vertices.size());
+    const Connectivity topology = triangle_connectivity(result.mesh.faces, result.mesh.vertices.size());
     const std::vector<double> detail = fitting.round(result, topology, options.steps);
     if (round > 0) {
       if (held_out_rise(accepted.losses, fitting.state.losses, fitting.held_out) > significant_rise) {

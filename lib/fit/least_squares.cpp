@@ -70,7 +70,7 @@ double dot(const std::vector<double>& a, const std::vector<double>& b) {
 
 }  // namespace
 
-ControlEdges control_edges(const TriangleConnectivity& topology) {
+ControlEdges control_edges(const Connectivity& topology) {
   ControlEdges edges;
   edges.reserve(topology.edge_count());
   for (const Index h : topology.edge_start) edges.push_back({topology.source(h), topology.target(h)});

@@ -8,7 +8,7 @@ namespace gpsrecon {
 
 /// The ends of every edge of a control mesh.
 using ControlEdges = std::vector<std::array<Index, 2>>;
-ControlEdges control_edges(const TriangleConnectivity& topology);
+ControlEdges control_edges(const Connectivity& topology);
 
 /// How far each control vertex is to move along its normal: some conjugate-gradient iterations on the normal equations
 /// of Σ_s w_s (a_s·x - d_s)², where a_si = (Σn)ᵀ α_i Σ_i⁻¹ n_i is what sample s moves along its normal for a unit move

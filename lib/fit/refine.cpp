@@ -9,7 +9,7 @@
 namespace gpsrecon {
 namespace {
 
-using Topo = TriangleConnectivity;
+using Topo = Connectivity;
 
 /// Fewer points around an edge do not settle whether it is to be split.
 constexpr double min_points = 4;
@@ -65,7 +65,7 @@ double marked_share(const Topo& topology, Index v, const std::vector<char>& mark
   Index h = topology.vertex_start[v];
   do {
     share += marked[topology.edge[h]] ? 1.0 / topology.face_count[v] : 0;
-    h = topology.opposite[Topo::previous(h)];
+    h = topology.opposite[topology.previous(h)];
   } while (h != topology.vertex_start[v]);
   return share;
 }
@@ -120,7 +120,7 @@ void add_pieces(const std::array<Index, 3>& corner, const std::array<Index, 3>& 
 
 }  // namespace
 
-std::vector<double> edges_with_detail(const LimitSurface& surface, const TriangleConnectivity& topology,
+std::vector<double> edges_with_detail(const LimitSurface& surface, const Connectivity& topology,
                                       const Residuals& residuals) {
   // The vertices of the first refinement are the control vertices and one per edge: its basis function is the test.
   const std::vector<double> points = surface.to_level<double>(residuals.weight, 1);
@@ -136,7 +136,7 @@ std::vector<double> edges_with_detail(const LimitSurface& surface, const Triangl
   return evidence;
 }
 
-std::vector<char> strongest_edges(const CovMesh& mesh, const TriangleConnectivity& topology,
+std::vector<char> strongest_edges(const CovMesh& mesh, const Connectivity& topology,
                                   const std::vector<double>& evidence, std::size_t most) {
   const std::vector<Index> longest = longest_half_edges(mesh, topology);
   std::vector<char> marked(evidence.size(), 0);
@@ -162,7 +162,7 @@ std::vector<char> strongest_edges(const CovMesh& mesh, const TriangleConnectivit
   return marked;
 }
 
-CovMesh split_edges(const CovMesh& mesh, const TriangleConnectivity& topology, std::vector<char> marked,
+CovMesh split_edges(const CovMesh& mesh, const Connectivity& topology, std::vector<char> marked,
                     const RunContext& context) {
   const std::size_t n = mesh.vertices.size(), face_count = mesh.faces.size();
   const std::vector<Index> longest = longest_half_edges(mesh, topology);

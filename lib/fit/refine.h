@@ -5,16 +5,16 @@
 
 namespace gpsrecon {
 
-/// Per control edge (numbered as in triangle_connectivity) the evidence that the points show detail there that the
+/// Per control edge (numbered as in build_connectivity) the evidence that the points show detail there that the
 /// control mesh cannot follow: the squared sum of the residuals, weighted by the basis function that a vertex on the
 /// edge would have, in units of what chance lets it be. 0 if it is below the threshold, for edges with fewer than four
 /// points there, and for boundary edges.
-std::vector<double> edges_with_detail(const LimitSurface& surface, const TriangleConnectivity& topology,
+std::vector<double> edges_with_detail(const LimitSurface& surface, const Connectivity& topology,
                                       const Residuals& residuals);
 
 /// The edges to split where there is evidence, with the longest edges that split_edges() adds to them: all, or in the
 /// order of falling evidence those that at most `most` splits suffice for, equal ones by index. O(n log n).
-std::vector<char> strongest_edges(const CovMesh& mesh, const TriangleConnectivity& topology,
+std::vector<char> strongest_edges(const CovMesh& mesh, const Connectivity& topology,
                                   const std::vector<double>& evidence, std::size_t most);
 
 /// Splits the marked edges and, for the shape of the triangles, the longest edge of every triangle that loses one
@@ -23,7 +23,7 @@ std::vector<char> strongest_edges(const CovMesh& mesh, const TriangleConnectivit
 /// old ones move towards their place after a Loop step by the share of their edges that are split. The total weight
 /// stays: a new vertex takes a share from the ends of its edge. O(n).
 /// Throws InvariantError as triangle_connectivity.
-CovMesh split_edges(const CovMesh& mesh, const TriangleConnectivity& topology, std::vector<char> marked,
+CovMesh split_edges(const CovMesh& mesh, const Connectivity& topology, std::vector<char> marked,
                     const RunContext& context = {});
 
 }  // namespace gpsrecon

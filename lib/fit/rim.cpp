@@ -16,10 +16,9 @@ using WeightedSum = Eigen::Vector2d;  // (Σ w x, Σ w)
 }  // namespace
 
 Rim find_rim(const LimitSurface& surface) {
-  const HalfEdges he = half_edges(surface.faces(), surface.sample_count());
   Rim rim;
   rim.position.assign(surface.sample_count(), no_index);
-  for (const std::vector<Index>& loop : boundary_loops(surface.faces(), he))
+  for (const std::vector<Index>& loop : boundary_loops(build_connectivity(surface.faces(), surface.sample_count())))
     for (std::size_t k = 0; k < loop.size(); ++k) {
       rim.position[loop[k]] = static_cast<Index>(rim.sample.size());
       rim.sample.push_back(loop[k]);

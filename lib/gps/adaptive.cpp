@@ -1,5 +1,5 @@
+#include <gpsrecon/core/connectivity.h>
 #include <gpsrecon/core/error.h>
-#include <gpsrecon/core/mesh_topology.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/gps/adaptive.h>
 #include <gpsrecon/gps/evaluate_data.h>
@@ -155,7 +155,7 @@ class Tessellator {
   }
 
   void triangulate_control(const FaceList& faces) {
-    const HalfEdges topology = half_edges(faces, positions_.size());
+    const Connectivity topology = build_connectivity(faces, positions_.size());
     const bool triangular = surface_.data().table.triangular();
     static const std::array<Vec2, 3> triangle{{{0, 0}, {1, 0}, {0, 1}}};
     static const std::array<Vec2, 4> square{{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
@@ -163,14 +163,14 @@ class Tessellator {
     // Edges of the control mesh, seen from the first of their faces; those of faces of several patches are halved.
     std::vector<Index> edge(faces.corners.size(), no_index);
     for (Index h = 0; h < faces.corners.size(); ++h) {
-      const Index other = topology.opposite[h], f = topology.face[h];
+      const Index other = topology.opposite[h], f = topology.face(h);
       if (other != no_index && other < h) {
         edge[h] = edge[other];
         continue;
       }
-      const Index a = faces.corners[h], b = faces.corners[topology.next[h]];
+      const Index a = topology.source(h), b = topology.target(h);
       const Index corner = h - faces.offsets[f], patch = surface_.first_patch(f);
-      const bool from_other = !whole(f) || other == no_index ? false : !whole(topology.face[other]);
+      const bool from_other = !whole(f) || other == no_index ? false : !whole(topology.face(other));
       if (whole(f) && !from_other) {
         const Vec2& pa = triangular ? triangle[corner] : square[corner];
         const Vec2& pb = triangular ? triangle[(corner + 1) % 3] : square[(corner + 1) % 4];
@@ -179,7 +179,7 @@ class Tessellator {
         edge[h] = add_halved_edge(a, b, patch + corner,
                                   surface_.first_patch(f) + (corner + 1) % static_cast<Index>(faces[f].size()));
       } else {
-        const Index g = topology.face[other], start = other - faces.offsets[g], first = surface_.first_patch(g);
+        const Index g = topology.face(other), start = other - faces.offsets[g], first = surface_.first_patch(g);
         edge[h] = add_halved_edge(b, a, first + start, first + (start + 1) % static_cast<Index>(faces[g].size()));
       }
     }

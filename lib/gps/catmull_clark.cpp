@@ -9,7 +9,7 @@
 namespace gpsrecon {
 namespace {
 
-using Topo = PolygonConnectivity;
+using Topo = Connectivity;
 
 constexpr std::array interior_edge_mask{1.0 / 4, 1.0 / 4, 1.0 / 4, 1.0 / 4};
 
@@ -19,21 +19,10 @@ bool kept(const Topo& topology, Index v, CornerRule corners) {
 
 /// The numbers of corners of all faces.
 std::vector<Index> face_sizes(const Topo& topology) {
-  if (topology.quads()) return {4};
+  if (topology.corners_per_face != 0) return {topology.corners_per_face};
   std::vector<Index> sizes(topology.face_total());
   for (Index f = 0; f < sizes.size(); ++f) sizes[f] = topology.face_size(f);
   return sizes;
-}
-
-void fill_refined_corners(const Topo& parent, std::vector<Index>& corners, const RunContext& context) {
-  const auto edges = static_cast<Index>(parent.vertex_count), faces = static_cast<Index>(edges + parent.edge_count());
-  parallel_for(parent.corners.size(), context, [&](std::size_t i) {
-    const auto h = static_cast<Index>(i);
-    corners[4 * i] = parent.corners[h];
-    corners[4 * i + 1] = edges + parent.edge[h];
-    corners[4 * i + 2] = faces + parent.face(h);
-    corners[4 * i + 3] = edges + parent.edge[parent.previous(h)];
-  });
 }
 
 LimitWeight weight(double position, double u = 0, double v = 0) {
@@ -99,81 +88,7 @@ LimitMask boundary_mask(Index n) {
 
 }  // namespace
 
-PolygonConnectivity polygon_connectivity(const FaceList& faces, std::size_t vertex_count) {
-  Topo c{connectivity(faces, vertex_count), {}, {}};
-  if (faces.all_of_size(4)) return c;
-  c.face_offsets = faces.offsets;
-  c.faces.reserve(c.corners.size());
-  for (std::size_t f = 0; f < faces.size(); ++f) c.faces.insert(c.faces.end(), faces[f].size(), static_cast<Index>(f));
-  return c;
-}
-
-PolygonConnectivity refine(const PolygonConnectivity& parent, const RunContext& context) {
-  const std::size_t vertices = parent.vertex_count, edges = parent.edge_count(), faces = parent.face_total(),
-                    half_edges = parent.corners.size();
-  Topo child;
-  child.vertex_count = vertices + edges + faces;
-  child.corners.resize(4 * half_edges);
-  child.opposite.resize(4 * half_edges);
-  child.edge.resize(4 * half_edges);
-  child.edge_start.resize(2 * edges + half_edges);
-  child.vertex_start.resize(child.vertex_count);
-  child.face_count.resize(child.vertex_count);
-  fill_refined_corners(parent, child.corners, context);
-  parallel_for(half_edges, context, [&](std::size_t i) {
-    const auto h = static_cast<Index>(i), q = 4 * h;
-    const Index next = parent.next(h), before = parent.previous(h);
-    const Index right = parent.opposite[h], left = parent.opposite[before];
-    child.opposite[q] = right == no_index ? no_index : 4 * parent.next(right) + 3;
-    child.opposite[q + 1] = 4 * next + 2;
-    child.opposite[q + 2] = 4 * before + 1;
-    child.opposite[q + 3] = left == no_index ? no_index : 4 * left;
-    // Edges: both halves of every old one, then one from the middle of every half-edge into its face.
-    const auto inner = static_cast<Index>(2 * edges + i);
-    child.edge[q + 1] = child.edge[4 * next + 2] = inner;
-    child.edge_start[inner] = q + 1;
-  });
-  parallel_for(edges, context, [&](std::size_t e) {
-    const Index h = parent.edge_start[e], other = parent.opposite[h];
-    const auto first = static_cast<Index>(2 * e);
-    const Index leaving = 4 * h,
-                arriving = 4 * parent.next(h) + 3;  // from the source, and from the middle to the target
-    child.edge_start[first] = leaving;
-    child.edge_start[first + 1] = arriving;
-    child.edge[leaving] = first;
-    child.edge[arriving] = first + 1;
-    if (other != no_index) {
-      child.edge[4 * parent.next(other) + 3] = first;
-      child.edge[4 * other] = first + 1;
-    }
-    // On the boundary this is the one without opposite.
-    child.vertex_start[vertices + e] = arriving;
-    child.face_count[vertices + e] = other == no_index ? 2 : 4;
-  });
-  parallel_for(faces, context, [&](std::size_t i) {
-    const auto f = static_cast<Index>(i);
-    child.vertex_start[vertices + edges + i] = 4 * parent.face_start(f) + 2;
-    child.face_count[vertices + edges + i] = parent.face_size(f);
-  });
-  parallel_for(vertices, context, [&](std::size_t v) {
-    const Index h = parent.vertex_start[v];
-    child.vertex_start[v] = h == no_index ? no_index : 4 * h;
-    child.face_count[v] = parent.face_count[v];
-  });
-  return child;
-}
-
-FaceList refined_faces(const PolygonConnectivity& parent, const RunContext& context) {
-  FaceList faces;
-  faces.corners.resize(4 * parent.corners.size());
-  fill_refined_corners(parent, faces.corners, context);
-  faces.offsets.resize(parent.corners.size() + 1);
-  parallel_for(faces.offsets.size(), context,
-               [&](std::size_t f) { faces.offsets[f] = static_cast<std::uint32_t>(4 * f); });
-  return faces;
-}
-
-CatmullClarkFaceRows::CatmullClarkFaceRows(const PolygonConnectivity& connectivity)
+CatmullClarkFaceRows::CatmullClarkFaceRows(const Connectivity& connectivity)
     : connectivity_(connectivity),
       by_size_(masks_.add_by_count(face_sizes(connectivity), [](Index n) { return std::vector<double>(n, 1.0 / n); })) {
 }
@@ -182,7 +97,7 @@ void CatmullClarkFaceRows::fill(std::size_t r, std::span<Index> row) const {
   std::copy_n(connectivity_.corners.begin() + connectivity_.face_start(static_cast<Index>(r)), row.size(), row.begin());
 }
 
-CatmullClarkRows::CatmullClarkRows(const PolygonConnectivity& connectivity, CornerRule corners)
+CatmullClarkRows::CatmullClarkRows(const Connectivity& connectivity, CornerRule corners)
     : connectivity_(connectivity),
       corners_(corners),
       kept_(masks_.add(kept_mask)),
@@ -234,7 +149,7 @@ void CatmullClarkRows::fill(std::size_t r, std::span<Index> row) const {
   });
 }
 
-CatmullClarkLimitRows::CatmullClarkLimitRows(const PolygonConnectivity& connectivity, CornerRule corners, bool refined)
+CatmullClarkLimitRows::CatmullClarkLimitRows(const Connectivity& connectivity, CornerRule corners, bool refined)
     : connectivity_(connectivity),
       corners_(corners),
       refined_(refined),

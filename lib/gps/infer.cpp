@@ -1,4 +1,4 @@
-#include <gpsrecon/core/mesh_topology.h>
+#include <gpsrecon/core/connectivity.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/gps/infer.h>
 #include <algorithm>
@@ -80,13 +80,13 @@ std::vector<Sym3> from_neighbors(const Mesh& mesh, const std::vector<char>& dege
     moments[v].sum += offset;
     moments[v].squares += Sym3::outer(offset);
   };
-  const HalfEdges topology = half_edges(mesh.faces, mesh.positions.size());
-  for (Index h = 0; h < topology.next.size(); ++h) {
-    const Index a = mesh.faces.corners[h], b = mesh.faces.corners[topology.next[h]];
-    if (!degenerate[topology.face[h]]) moments[a].proper = true;
-    if (topology.opposite[h] != no_index && topology.opposite[h] < h) continue;
-    add(a, b);
-    add(b, a);
+  const Connectivity topology = build_connectivity(mesh.faces, mesh.positions.size());
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f)
+    if (!degenerate[f])
+      for (const Index v : mesh.faces[f]) moments[v].proper = true;
+  for (const Index h : topology.edge_start) {
+    add(topology.source(h), topology.target(h));
+    add(topology.target(h), topology.source(h));
   }
   std::vector<Sym3> covariances(moments.size());
   parallel_for(moments.size(), context, [&](std::size_t v) {

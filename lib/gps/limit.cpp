@@ -44,8 +44,7 @@ LimitMask boundary_mask(Index k) {
 
 }  // namespace
 
-LoopLimitRows::LoopLimitRows(const TriangleConnectivity& connectivity, LoopWeights weights, CornerRule corners,
-                             bool refined)
+LoopLimitRows::LoopLimitRows(const Connectivity& connectivity, LoopWeights weights, CornerRule corners, bool refined)
     : connectivity_(connectivity),
       corners_(corners),
       refined_(refined),
@@ -59,7 +58,7 @@ LoopLimitRows::LoopLimitRows(const TriangleConnectivity& connectivity, LoopWeigh
                                     [&](Index n) { return interior_mask(weights, std::max<Index>(n, 1)); })) {}
 
 Mask LoopLimitRows::mask(std::size_t r) const {
-  const TriangleConnectivity& topology = connectivity_;
+  const Connectivity& topology = connectivity_;
   if (r >= topology.vertex_count) {
     const Index h = topology.edge_start[r - topology.vertex_count];
     return topology.opposite[h] == no_index ? regular_boundary_ : regular_interior_;
@@ -78,7 +77,7 @@ Mask LoopLimitRows::mask(std::size_t r) const {
 }
 
 void LoopLimitRows::fill(std::size_t r, std::span<Index> row) const {
-  const TriangleConnectivity& topology = connectivity_;
+  const Connectivity& topology = connectivity_;
   const auto vertices = static_cast<Index>(topology.vertex_count);
   row[0] = static_cast<Index>(r);
   std::size_t at = 1;
@@ -92,15 +91,15 @@ void LoopLimitRows::fill(std::size_t r, std::span<Index> row) const {
   const Index h = topology.edge_start[r - vertices], other = topology.opposite[h];
   row[at++] = topology.target(h);
   const auto add_edges_of = [&](Index g) {
-    row[at++] = vertices + topology.edge[TriangleConnectivity::next(g)];
-    row[at++] = vertices + topology.edge[TriangleConnectivity::previous(g)];
+    row[at++] = vertices + topology.edge[topology.next(g)];
+    row[at++] = vertices + topology.edge[topology.previous(g)];
   };
   add_edges_of(h);
   row[at++] = topology.source(h);
   if (other != no_index) add_edges_of(other);
 }
 
-LimitTable limit_table(const TriangleConnectivity& topology, LoopWeights weights, CornerRule corners,
+LimitTable limit_table(const Connectivity& topology, LoopWeights weights, CornerRule corners,
                        const RunContext& context) {
   return tabulate(LoopLimitRows(topology, weights, corners, false), context);
 }

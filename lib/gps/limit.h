@@ -18,8 +18,9 @@ namespace gpsrecon {
 class LoopLimitRows {
  public:
   using Weight = LimitWeight;
-  /// With `refined`, the rows are those of the vertices of refine(connectivity), which need not be made for it.
-  LoopLimitRows(const TriangleConnectivity& connectivity, LoopWeights weights, CornerRule corners, bool refined);
+  /// With `refined`, the rows are those of the vertices of refine_triangles(connectivity), which need not be made for
+  /// it.
+  LoopLimitRows(const Connectivity& connectivity, LoopWeights weights, CornerRule corners, bool refined);
 
   std::size_t columns() const { return rows(); }
   std::size_t rows() const { return connectivity_.vertex_count + (refined_ ? connectivity_.edge_count() : 0); }
@@ -28,7 +29,7 @@ class LoopLimitRows {
   void fill(std::size_t r, std::span<Index> row) const;
 
  private:
-  const TriangleConnectivity& connectivity_;
+  const Connectivity& connectivity_;
   CornerRule corners_;
   bool refined_;
   MaskStore<LimitWeight> masks_;
@@ -37,7 +38,7 @@ class LoopLimitRows {
 };
 
 /// The rows of the vertices of the mesh itself, stored. O(n).
-LimitTable limit_table(const TriangleConnectivity& connectivity, LoopWeights weights, CornerRule corners,
+LimitTable limit_table(const Connectivity& connectivity, LoopWeights weights, CornerRule corners,
                        const RunContext& context = {});
 
 }  // namespace gpsrecon

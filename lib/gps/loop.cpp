@@ -1,5 +1,6 @@
 #include <gpsrecon/gps/boundary_masks.h>
 #include <gpsrecon/gps/loop.h>
+#include <gpsrecon/gps/refined_connectivity.h>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -7,7 +8,7 @@
 namespace gpsrecon {
 namespace {
 
-using Topo = TriangleConnectivity;
+using Topo = Connectivity;
 
 constexpr std::array interior_edge_mask{3.0 / 8, 3.0 / 8, 1.0 / 8, 1.0 / 8};
 
@@ -26,7 +27,7 @@ double loop_beta(LoopWeights weights, Index n) {
   return (5.0 / 8 - c * c) / n;
 }
 
-LoopRows::LoopRows(const TriangleConnectivity& connectivity, LoopWeights weights, CornerRule corners)
+LoopRows::LoopRows(const Connectivity& connectivity, LoopWeights weights, CornerRule corners)
     : connectivity_(connectivity),
       corners_(corners),
       kept_(masks_.add(kept_mask)),
@@ -61,8 +62,8 @@ void LoopRows::fill(std::size_t r, std::span<Index> row) const {
     row[0] = topology.source(h);
     row[1] = topology.target(h);
     if (row.size() == 2) return;
-    row[2] = topology.source(Topo::previous(h));
-    row[3] = topology.source(Topo::previous(topology.opposite[h]));
+    row[2] = topology.source(topology.previous(h));
+    row[3] = topology.source(topology.previous(topology.opposite[h]));
     return;
   }
   const auto v = static_cast<Index>(r);
@@ -78,7 +79,7 @@ void LoopRows::fill(std::size_t r, std::span<Index> row) const {
   topology.for_each_edge(v, [&](Index h, bool) { row[at++] = topology.target(h); });
 }
 
-StencilTable loop_stencils(const TriangleConnectivity& topology, LoopWeights weights, CornerRule corners,
+StencilTable loop_stencils(const Connectivity& topology, LoopWeights weights, CornerRule corners,
                            const RunContext& context) {
   return tabulate(LoopRows(topology, weights, corners), context);
 }
@@ -86,7 +87,7 @@ StencilTable loop_stencils(const TriangleConnectivity& topology, LoopWeights wei
 Refinement loop_refine(const FaceList& faces, std::size_t vertex_count, LoopWeights weights, CornerRule corners,
                        const RunContext& context) {
   const Topo topology = triangle_connectivity(faces, vertex_count);
-  return {refined_faces(topology, context), loop_stencils(topology, weights, corners, context)};
+  return {refined_triangles(topology, context), loop_stencils(topology, weights, corners, context)};
 }
 
 }  // namespace gpsrecon

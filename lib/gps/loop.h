@@ -1,8 +1,8 @@
 #pragma once
 
+#include <gpsrecon/core/connectivity.h>
 #include <gpsrecon/gps/stencils.h>
 #include <gpsrecon/gps/subdivide.h>
-#include <gpsrecon/gps/triangle_connectivity.h>
 
 namespace gpsrecon {
 
@@ -22,20 +22,20 @@ enum class LoopRule {
   boundary,  ///< on the boundary curve
   interior,
 };
-inline LoopRule loop_rule(const TriangleConnectivity& connectivity, Index v, CornerRule corners) {
+inline LoopRule loop_rule(const Connectivity& connectivity, Index v, CornerRule corners) {
   if (connectivity.unused(v)) return LoopRule::unused;
   if (!connectivity.on_boundary(v)) return LoopRule::interior;
   return corners == CornerRule::sharp && connectivity.face_count[v] == 1 ? LoopRule::corner : LoopRule::boundary;
 }
 
-/// The rows of one Loop step, numbered as the vertices of refine(connectivity): old vertices first, then one vertex
-/// per edge. Interior: 1 - nβ and β; 3/8, 3/8, 1/8, 1/8 on edges (Loop 1987). Boundary: the cubic B-spline
+/// The rows of one Loop step, numbered as the vertices of refine_triangles(connectivity): old vertices first, then one
+/// vertex per edge. Interior: 1 - nβ and β; 3/8, 3/8, 1/8, 1/8 on edges (Loop 1987). Boundary: the cubic B-spline
 /// curve, 3/4, 1/8, 1/8 and 1/2, 1/2; with CornerRule::sharp, vertices of a single face are kept. Vertices without
 /// faces are kept. All weights are positive and sum to one. A source of rows; the connectivity must outlive it.
 class LoopRows {
  public:
   using Weight = double;
-  LoopRows(const TriangleConnectivity& connectivity, LoopWeights weights, CornerRule corners);
+  LoopRows(const Connectivity& connectivity, LoopWeights weights, CornerRule corners);
 
   std::size_t columns() const { return connectivity_.vertex_count; }
   std::size_t rows() const { return connectivity_.vertex_count + connectivity_.edge_count(); }
@@ -44,7 +44,7 @@ class LoopRows {
   void fill(std::size_t r, std::span<Index> row) const;
 
  private:
-  const TriangleConnectivity& connectivity_;
+  const Connectivity& connectivity_;
   CornerRule corners_;
   MaskStore<double> masks_;
   Mask kept_, boundary_vertex_, boundary_edge_, interior_edge_;
@@ -52,11 +52,11 @@ class LoopRows {
 };
 
 /// The same, stored. O(n).
-StencilTable loop_stencils(const TriangleConnectivity& connectivity, LoopWeights weights, CornerRule corners,
+StencilTable loop_stencils(const Connectivity& connectivity, LoopWeights weights, CornerRule corners,
                            const RunContext& context = {});
 
-/// One Loop step on a face list. Throws InvariantError as triangle_connectivity. O(c log c) in the number of corners;
-/// chains of steps are faster on TriangleConnectivity.
+/// One Loop step on a face list. Throws InvariantError as triangle_connectivity. O(n); chains of steps
+/// are faster on Connectivity.
 Refinement loop_refine(const FaceList& faces, std::size_t vertex_count, LoopWeights weights = LoopWeights::loop,
                        CornerRule corners = CornerRule::smooth, const RunContext& context = {});
 

@@ -229,14 +229,14 @@ PatchTable::PatchTable(const FaceList& faces, std::size_t vertex_count, const Ev
                        const RunContext& context)
     : scheme_(options.scheme), control_count_(vertex_count), base_count_(vertex_count) {
   if (scheme_ == Scheme::loop) {
-    const TriangleConnectivity topology = triangle_connectivity(faces, vertex_count);
+    const Connectivity topology = triangle_connectivity(faces, vertex_count);
     base_limit_ = limit_table(topology, options.weights, options.corners, context);
     to_points_ = tabulate(LoopScheme::step(topology, options), context);
-    const TriangleConnectivity fine = refine(topology, context);
+    const Connectivity fine = refine_triangles(topology, context);
     patch_count_ = faces.size();
     Builder(*this, fine.corners, fine.opposite, options).build();
   } else {
-    PolygonConnectivity base = polygon_connectivity(faces, vertex_count);
+    Connectivity base = manifold_connectivity(faces, vertex_count, "subdivision");
     if (faces.all_of_size(4)) {
       patch_count_ = faces.size();
     } else {
@@ -251,12 +251,12 @@ PatchTable::PatchTable(const FaceList& faces, std::size_t vertex_count, const Ev
       }
       patch_count_ = base_of_patch_.size();
       to_base_ = tabulate(CatmullClarkScheme::step(base, options), context);
-      base = refine(base, context);
+      base = refine_to_quads(base, context);
       base_count_ = base.vertex_count;
     }
     base_limit_ = tabulate(CatmullClarkScheme::limit(base, options, false), context);
     to_points_ = tabulate(CatmullClarkScheme::step(base, options), context);
-    const PolygonConnectivity fine = refine(base, context);
+    const Connectivity fine = refine_to_quads(base, context);
     Builder(*this, fine.corners, fine.opposite, options).build();
   }
 }

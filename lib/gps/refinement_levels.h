@@ -4,6 +4,7 @@
 #include <gpsrecon/gps/catmull_clark.h>
 #include <gpsrecon/gps/evaluate.h>
 #include <gpsrecon/gps/limit.h>
+#include <gpsrecon/gps/refined_connectivity.h>
 #include <vector>
 
 // Internal to lib/gps: uniform refinement with either scheme.
@@ -24,9 +25,14 @@ struct NoRows {
 };
 
 struct LoopScheme {
-  using Connectivity = TriangleConnectivity;
   static Connectivity connect(const FaceList& faces, std::size_t vertex_count) {
     return triangle_connectivity(faces, vertex_count);
+  }
+  static Connectivity refine(const Connectivity& parent, const RunContext& context) {
+    return refine_triangles(parent, context);
+  }
+  static FaceList refined_faces(const Connectivity& parent, const RunContext& context) {
+    return refined_triangles(parent, context);
   }
   static RefinementStep<NoRows, LoopRows> step(const Connectivity& connectivity, const EvaluateOptions& rules) {
     return {{connectivity.vertex_count, {}}, {connectivity, rules.weights, rules.corners}};
@@ -37,9 +43,14 @@ struct LoopScheme {
 };
 
 struct CatmullClarkScheme {
-  using Connectivity = PolygonConnectivity;
   static Connectivity connect(const FaceList& faces, std::size_t vertex_count) {
-    return polygon_connectivity(faces, vertex_count);
+    return manifold_connectivity(faces, vertex_count, "subdivision");
+  }
+  static Connectivity refine(const Connectivity& parent, const RunContext& context) {
+    return refine_to_quads(parent, context);
+  }
+  static FaceList refined_faces(const Connectivity& parent, const RunContext& context) {
+    return refined_quads(parent, context);
   }
   static RefinementStep<CatmullClarkFaceRows, CatmullClarkRows> step(const Connectivity& connectivity,
                                                                      const EvaluateOptions& rules) {
@@ -67,7 +78,7 @@ class RefinementLevels {
                    const RunContext& context)
       : control_faces_(faces), levels_(static_cast<std::size_t>(levels)), rules_(rules) {
     above_.push_back(Scheme::connect(faces, control_count));
-    while (above_.size() < levels_) above_.push_back(refine(above_.back(), context));
+    while (above_.size() < levels_) above_.push_back(Scheme::refine(above_.back(), context));
   }
 
   std::size_t levels() const { return levels_; }
@@ -76,7 +87,7 @@ class RefinementLevels {
   /// Limits at the samples.
   auto limit() const { return Scheme::limit(above_.back(), rules_, levels_ > 0); }
   FaceList faces(const RunContext& context) const {
-    return levels_ > 0 ? refined_faces(above_.back(), context) : control_faces_;
+    return levels_ > 0 ? Scheme::refined_faces(above_.back(), context) : control_faces_;
   }
 
   /// Values at the vertices of the last level, from those at control vertices.
@@ -98,7 +109,7 @@ class RefinementLevels {
   const FaceList& control_faces_;
   std::size_t levels_;
   EvaluateOptions rules_;
-  std::vector<typename Scheme::Connectivity> above_;  ///< the levels above the last, at least the control mesh
+  std::vector<Connectivity> above_;  ///< the levels above the last, at least the control mesh
 };
 
 /// Throws OptionError if a level is negative, has more faces than indices can count, or is 0 for

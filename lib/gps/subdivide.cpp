@@ -1,4 +1,4 @@
-#include <gpsrecon/core/mesh_topology.h>
+#include <gpsrecon/core/connectivity.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/gps/adaptive.h>
 #include <gpsrecon/gps/attributes.h>
@@ -156,18 +156,13 @@ Mesh subdivide(const CovMesh& mesh, const SubdivideOptions& options, const RunCo
 }
 
 int level_for_edge_length(const CovMesh& mesh, double target_edge, int max_level) {
-  const HalfEdges topology = half_edges(mesh.faces, mesh.vertices.size());
+  const Connectivity topology = build_connectivity(mesh.faces, mesh.vertices.size());
+  if (topology.edge_count() == 0) return 0;
   double sum = 0;
-  std::size_t edges = 0;
-  for (Index h = 0; h < topology.next.size(); ++h) {
-    if (topology.opposite[h] != no_index && topology.opposite[h] < h) continue;
-    sum +=
-        (mesh.vertices.means[mesh.faces.corners[topology.next[h]]] - mesh.vertices.means[mesh.faces.corners[h]]).norm();
-    ++edges;
-  }
-  if (edges == 0) return 0;
+  for (const Index h : topology.edge_start)
+    sum += (mesh.vertices.means[topology.target(h)] - mesh.vertices.means[topology.source(h)]).norm();
   // Every level halves the edges.
-  double mean_edge = sum / static_cast<double>(edges);
+  double mean_edge = sum / static_cast<double>(topology.edge_count());
   int level = 0;
   while (level < max_level && !(mean_edge <= target_edge)) {
     mean_edge /= 2;

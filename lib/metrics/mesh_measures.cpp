@@ -68,7 +68,7 @@ MeshReport measure_mesh(const Mesh& mesh, const RunContext& context, bool self_i
 std::vector<BoundaryLoop> measure_boundary_loops(const std::vector<Vec3>& positions, const FaceList& faces,
                                                  const Frame& frame, const std::vector<std::string>& reasons) {
   std::vector<BoundaryLoop> loops;
-  for (const std::vector<Index>& vertices : boundary_loops(faces, half_edges(faces, positions.size()))) {
+  for (const std::vector<Index>& vertices : boundary_loops(build_connectivity(faces, positions.size()))) {
     BoundaryLoop loop;
     if (!reasons.empty()) loop.reason = reasons[loops.size()];
     loop.vertex = *std::min_element(vertices.begin(), vertices.end());

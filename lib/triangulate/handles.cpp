@@ -1,3 +1,4 @@
+#include <gpsrecon/core/connectivity.h>
 #include <gpsrecon/core/mesh_topology.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/triangulate/handles.h>
@@ -11,31 +12,14 @@ namespace {
 
 using Loop = std::vector<Index>;
 
-/// The half-edges that leave each vertex, with those that enter it where the edge has no other half.
+/// What searches along the edges of a surface need.
 struct Surface {
-  const FaceList& faces;
-  HalfEdges he;
-  std::vector<std::uint32_t> offset;
-  std::vector<Index> edges;  ///< one half-edge of each edge at the vertex
+  const Connectivity& half_edges;
+  VertexEdges at = vertex_edges(half_edges);
 
-  Surface(const FaceList& list, std::size_t vertex_count) : faces(list), he(half_edges(list, vertex_count)) {
-    offset.assign(vertex_count + 1, 0);
-    const auto for_each_end = [&](const auto& visit) {
-      for (Index h = 0; h < he.opposite.size(); ++h)
-        if (is_edge(h)) visit(source(h), h), visit(target(h), h);
-    };
-    for_each_end([&](Index v, Index) { ++offset[v + 1]; });
-    std::partial_sum(offset.begin(), offset.end(), offset.begin());
-    edges.resize(offset.back());
-    std::vector<std::uint32_t> next(offset.begin(), offset.end() - 1);
-    for_each_end([&](Index v, Index h) { edges[next[v]++] = h; });
-  }
-
-  Index source(Index h) const { return faces.corners[h]; }
-  Index target(Index h) const { return faces.corners[he.next[h]]; }
-  Index other_end(Index h, Index v) const { return source(h) == v ? target(h) : source(h); }
-  /// Of the two halves of an edge, the one that stands for it.
-  bool is_edge(Index h) const { return he.opposite[h] == no_index || h < he.opposite[h]; }
+  Index source(Index e) const { return half_edges.source(half_edges.edge_start[e]); }
+  Index target(Index e) const { return half_edges.target(half_edges.edge_start[e]); }
+  Index other_end(Index e, Index v) const { return source(e) == v ? target(e) : source(e); }
 };
 
 /// Marks that are forgotten all at once.
@@ -55,8 +39,12 @@ class Marks {
 
 class LoopFinder {
  public:
-  LoopFinder(const Surface& surface, std::size_t vertex_count, std::size_t max_edges)
-      : surface_(surface), max_edges_(max_edges), number_(vertex_count), side_(surface.faces.size()) {}
+  LoopFinder(const Surface& surface, std::size_t max_edges)
+      : surface_(surface),
+        half_edges_(surface.half_edges),
+        max_edges_(max_edges),
+        number_(half_edges_.vertex_count),
+        side_(half_edges_.face_total()) {}
 
   /// Appends the loops through `base`.
   void find(Index base, std::vector<Loop>& loops) {
@@ -79,8 +67,8 @@ class LoopFinder {
     ball_.assign(1, {base, 0, 0});
     number_.set(base, 0);
     for (Index i = 0; i < ball_.size() && 2 * (ball_[i].hops + 1) <= max_edges_; ++i)
-      for (std::uint32_t k = surface_.offset[ball_[i].vertex]; k < surface_.offset[ball_[i].vertex + 1]; ++k) {
-        const Index to = surface_.other_end(surface_.edges[k], ball_[i].vertex);
+      for (const Index e : surface_.at[ball_[i].vertex]) {
+        const Index to = surface_.other_end(e, ball_[i].vertex);
         if (number_.has(to)) continue;
         number_.set(to, static_cast<Index>(ball_.size()));
         ball_.push_back({to, i, ball_[i].hops + 1});
@@ -95,25 +83,26 @@ class LoopFinder {
     face_count_ = 1;
     const auto number_face = [&](Index h) {
       if (h == no_index) return Index{0};
-      const Index f = surface_.he.face[h];
+      const Index f = half_edges_.face(h);
       if (!side_.has(f)) {
-        const auto corners = surface_.faces[f];
-        const bool whole = std::all_of(corners.begin(), corners.end(), [&](Index v) { return number_.has(v); });
+        const auto corners = half_edges_.corners.begin() + half_edges_.face_start(f);
+        const bool whole = std::all_of(corners, corners + 3, [&](Index v) { return number_.has(v); });
         side_.set(f, whole ? face_count_++ : 0);
       }
       return side_[f];
     };
     for (Index i = 0; i < ball_.size(); ++i)
-      for (std::uint32_t k = surface_.offset[ball_[i].vertex]; k < surface_.offset[ball_[i].vertex + 1]; ++k) {
-        const Index h = surface_.edges[k];
-        const Index to = surface_.other_end(h, ball_[i].vertex);
+      for (const Index e : surface_.at[ball_[i].vertex]) {
+        const Index to = surface_.other_end(e, ball_[i].vertex);
         if (!number_.has(to) || number_[to] < i) continue;
         const Index j = number_[to];
         if (ball_[j].parent == i && j != 0) continue;
-        edges_.push_back({ball_[i].hops + ball_[j].hops + 1, h, number_face(h), number_face(surface_.he.opposite[h])});
+        const Index h = half_edges_.edge_start[e];
+        const Index left = number_face(h), right = number_face(half_edges_.opposite[h]);
+        edges_.push_back({ball_[i].hops + ball_[j].hops + 1, e, left, right});
       }
     std::sort(edges_.begin(), edges_.end(), [](const BallEdge& a, const BallEdge& b) {
-      return std::pair(a.loop_edges, a.half_edge) > std::pair(b.loop_edges, b.half_edge);
+      return std::pair(a.loop_edges, a.edge) > std::pair(b.loop_edges, b.edge);
     });
   }
 
@@ -131,7 +120,7 @@ class LoopFinder {
       if (a != b)
         root[std::max(a, b)] = std::min(a, b);
       else if (e.loop_edges <= max_edges_)
-        found.push_back(e.half_edge);
+        found.push_back(e.edge);
     }
     return found;
   }
@@ -156,7 +145,7 @@ class LoopFinder {
   /// that a small piece that falls off is noticed when it is seen whole.
   bool keeps_together(const Loop& loop) {
     const auto crosses_loop = [&](Index h) {
-      const Index a = surface_.source(h), b = surface_.target(h);
+      const Index a = half_edges_.source(h), b = half_edges_.target(h);
       for (std::size_t k = 0; k < loop.size(); ++k) {
         const Index c = loop[k], d = loop[(k + 1) % loop.size()];
         if ((a == c && b == d) || (a == d && b == c)) return true;
@@ -164,23 +153,23 @@ class LoopFinder {
       return false;
     };
     Index across = no_index;
-    for (std::uint32_t k = surface_.offset[loop[0]]; k < surface_.offset[loop[0] + 1]; ++k)
-      if (surface_.other_end(surface_.edges[k], loop[0]) == loop[1]) across = surface_.edges[k];
-    if (surface_.he.opposite[across] == no_index) return false;
+    for (const Index e : surface_.at[loop[0]])
+      if (surface_.other_end(e, loop[0]) == loop[1]) across = half_edges_.edge_start[e];
+    if (half_edges_.opposite[across] == no_index) return false;
     side_.clear();
     std::array<std::vector<Index>, 2> queue;
     for (Index s = 0; s < 2; ++s) {
-      queue[s].push_back(surface_.he.face[s == 0 ? across : surface_.he.opposite[across]]);
+      queue[s].push_back(half_edges_.face(s == 0 ? across : half_edges_.opposite[across]));
       side_.set(queue[s][0], s);
     }
     for (std::array<std::size_t, 2> at{0, 0};;)
       for (Index s = 0; s < 2; ++s) {
         if (at[s] == queue[s].size()) return false;
         const Index f = queue[s][at[s]++];
-        for (Index h = surface_.faces.offsets[f]; h < surface_.faces.offsets[f + 1]; ++h) {
-          const Index opposite = surface_.he.opposite[h];
+        for (Index h = half_edges_.face_start(f); h < half_edges_.face_start(f + 1); ++h) {
+          const Index opposite = half_edges_.opposite[h];
           if (opposite == no_index || crosses_loop(h)) continue;
-          const Index g = surface_.he.face[opposite];
+          const Index g = half_edges_.face(opposite);
           if (side_.has(g) && side_[g] != s) return true;
           if (side_.has(g)) continue;
           side_.set(g, s);
@@ -191,10 +180,11 @@ class LoopFinder {
 
   struct BallEdge {
     std::size_t loop_edges;
-    Index half_edge, left, right;
+    Index edge, left, right;
   };
 
   const Surface& surface_;
+  const Connectivity& half_edges_;
   std::size_t max_edges_;
   Marks number_;  ///< per vertex of the ball: its place in ball_
   Marks side_;    ///< per face: its number in the ball, or the side of a loop from which it was reached
@@ -211,19 +201,21 @@ void normalize(Loop& loop) {
 
 }  // namespace
 
-std::size_t genus(const FaceList& faces, std::size_t vertex_count) {
-  const Topology t = topology(faces, vertex_count);
+std::size_t genus(const Connectivity& connectivity) {
+  const Topology t = topology(connectivity);
   const long twice = 2 * static_cast<long>(t.components) - t.euler - static_cast<long>(t.boundary_loops);
   return static_cast<std::size_t>(std::max(twice, 0L) / 2);
 }
 
 std::vector<std::vector<Index>> handle_loops(const std::vector<Vec3>& positions, const FaceList& faces,
                                              std::size_t max_edges, const RunContext& context) {
-  if (max_edges < 3 || genus(faces, positions.size()) == 0) return {};
-  const Surface surface(faces, positions.size());
+  if (max_edges < 3) return {};
+  const Connectivity half_edges = build_connectivity(faces, positions.size());
+  if (genus(half_edges) == 0) return {};
+  const Surface surface{half_edges};
   std::vector<std::vector<Loop>> of_block((positions.size() + parallel_block_size - 1) / parallel_block_size);
   parallel_blocks(positions.size(), context, [&](std::size_t block, std::size_t begin, std::size_t end) {
-    LoopFinder finder(surface, positions.size(), max_edges);
+    LoopFinder finder(surface, max_edges);
     for (std::size_t v = begin; v < end; ++v) finder.find(static_cast<Index>(v), of_block[block]);
   });
   std::vector<Loop> loops;

@@ -1,13 +1,13 @@
 #pragma once
 
-#include <gpsrecon/core/mesh.h>
+#include <gpsrecon/core/connectivity.h>
 #include <gpsrecon/core/run_context.h>
 #include <vector>
 
 namespace gpsrecon {
 
 /// Sum of the genera of the connected components of a manifold, oriented surface: the number of its handles.
-std::size_t genus(const FaceList& faces, std::size_t vertex_count);
+std::size_t genus(const Connectivity& connectivity);
 
 /// Simple closed paths of at most `max_edges` edges along which the surface can be cut without falling apart: each runs
 /// around a handle, or through one. Per vertex these are the shortest of a basis of the loops through it that stay

@@ -25,15 +25,15 @@ struct Loop {
 /// runs clockwise around a gap and counter-clockwise around a sheet.
 std::vector<Loop> find_loops(const CovMesh& mesh) {
   const std::vector<Vec3>& at = mesh.vertices.means;
-  const HalfEdges he = half_edges(mesh.faces, at.size());
+  const Connectivity he = build_connectivity(mesh.faces, at.size());
   std::vector<Vec3> outward(at.size(), Vec3::Zero());  // per start of a boundary half-edge: the normal of its face
-  for (Index h = 0; h < he.opposite.size(); ++h) {
+  for (Index h = 0; h < he.half_edge_count(); ++h) {
     if (he.opposite[h] != no_index) continue;
-    const auto t = mesh.faces[he.face[h]];
-    outward[mesh.faces.corners[h]] = (at[t[1]] - at[t[0]]).cross(at[t[2]] - at[t[0]]).stableNormalized();
+    const auto t = mesh.faces[he.face(h)];
+    outward[he.source(h)] = (at[t[1]] - at[t[0]]).cross(at[t[2]] - at[t[0]]).stableNormalized();
   }
   std::vector<Loop> loops;
-  for (std::vector<Index>& vertices : boundary_loops(mesh.faces, he)) {
+  for (std::vector<Index>& vertices : boundary_loops(he)) {
     Loop loop{std::move(vertices)};
     const Vec3& origin = at[loop.vertices.front()];
     Vec3 area = Vec3::Zero(), normal = Vec3::Zero();

@@ -23,11 +23,11 @@ struct Pieces {
 };
 
 Pieces find_pieces(const FaceList& faces, std::size_t vertex_count) {
-  const HalfEdges he = half_edges(faces, vertex_count);
-  Pieces pieces{face_components(faces, he), {}};
+  const Connectivity connectivity = build_connectivity(faces, vertex_count);
+  Pieces pieces{face_components(connectivity), {}};
   pieces.open.assign(pieces.components.count, 0);
-  for (std::size_t h = 0; h < he.opposite.size(); ++h)
-    if (he.opposite[h] == no_index) pieces.open[pieces.components.of_face[he.face[h]]] = 1;
+  for (Index h = 0; h < connectivity.half_edge_count(); ++h)
+    if (connectivity.opposite[h] == no_index) pieces.open[pieces.components.of_face[connectivity.face(h)]] = 1;
   return pieces;
 }
 

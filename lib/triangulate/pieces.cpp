@@ -5,8 +5,8 @@
 namespace gpsrecon {
 
 std::size_t split_vertices(Mixture& vertices, std::vector<Index>& component_of_vertex, FaceList& faces) {
-  const HalfEdges he = half_edges(faces, vertices.size());
-  const std::vector<Index> fan_count = vertex_fans(faces, he, vertices.size());
+  const Connectivity he = build_connectivity(faces, vertices.size());
+  const std::vector<Index> fan_count = vertex_fans(he);
   std::size_t copies = 0;
   // Per vertex with several fans: the corners of each fan.
   std::vector<std::vector<Index>> corners_at(vertices.size());
@@ -25,8 +25,8 @@ std::size_t split_vertices(Mixture& vertices, std::vector<Index>& component_of_v
           if (std::find(fan.begin(), fan.end(), h) == fan.end()) fan.push_back(h);
         };
         const Index out = fan[k];
-        const Index in = he.next[he.next[out]];
-        if (he.opposite[out] != no_index) visit(he.next[he.opposite[out]]);
+        const Index in = he.previous(out);
+        if (he.opposite[out] != no_index) visit(he.next(he.opposite[out]));
         if (he.opposite[in] != no_index) visit(he.opposite[in]);
       }
       std::erase_if(open, [&](Index h) { return std::find(fan.begin(), fan.end(), h) != fan.end(); });
@@ -46,8 +46,7 @@ std::size_t split_vertices(Mixture& vertices, std::vector<Index>& component_of_v
       // A tenth of the way to the centroid of the fan.
       Vec3 centroid = Vec3::Zero();
       for (const Index h : fans[f])
-        centroid +=
-            0.5 * (vertices.means[faces.corners[he.next[h]]] + vertices.means[faces.corners[he.next[he.next[h]]]]);
+        centroid += 0.5 * (vertices.means[faces.corners[he.next(h)]] + vertices.means[faces.corners[he.previous(h)]]);
       centroid /= static_cast<double>(fans[f].size());
       vertices.means[copy] = mean + 0.1 * (centroid - mean);
       for (const Index h : fans[f]) faces.corners[h] = copy;
@@ -63,7 +62,7 @@ constexpr double bubble_factor = 10;
 
 /// Per component: it is closed and each of its vertices overlaps a heavier one. `members` are pairs of component and
 /// vertex.
-std::vector<char> bubbles(const OverlapGraph& graph, const HalfEdges& he, const Components& components,
+std::vector<char> bubbles(const OverlapGraph& graph, const Connectivity& he, const Components& components,
                           const std::vector<std::pair<Index, Index>>& members, const std::vector<double>& weight) {
   if (graph.links.empty()) return std::vector<char>(components.count, 0);
   std::vector<char> bubble(components.count, 1);
@@ -78,21 +77,21 @@ std::vector<char> bubbles(const OverlapGraph& graph, const HalfEdges& he, const 
     });
     if (!covered) bubble[component] = 0;
   }
-  for (std::size_t h = 0; h < he.opposite.size(); ++h)
-    if (he.opposite[h] == no_index) bubble[components.of_face[he.face[h]]] = 0;
+  for (Index h = 0; h < he.half_edge_count(); ++h)
+    if (he.opposite[h] == no_index) bubble[components.of_face[he.face(h)]] = 0;
   return bubble;
 }
 
 }  // namespace
 
 Specks drop_specks(const Mixture& vertices, const OverlapGraph& graph, FaceList& faces, double min_share) {
-  const HalfEdges he = half_edges(faces, vertices.size());
-  const Components components = face_components(faces, he);
+  const Connectivity he = build_connectivity(faces, vertices.size());
+  const Components components = face_components(he);
   // A vertex where components touch counts for each of them, once.
   std::vector<std::pair<Index, Index>> members;  // component, vertex
   members.reserve(faces.corners.size());
-  for (std::size_t h = 0; h < faces.corners.size(); ++h)
-    members.emplace_back(components.of_face[he.face[h]], faces.corners[h]);
+  for (Index h = 0; h < he.half_edge_count(); ++h)
+    members.emplace_back(components.of_face[he.face(h)], faces.corners[h]);
   std::sort(members.begin(), members.end());
   members.erase(std::unique(members.begin(), members.end()), members.end());
   std::vector<double> weight(components.count, 0);

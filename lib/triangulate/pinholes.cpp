@@ -78,14 +78,13 @@ bool simple(const Loop& loop) {
 
 /// Per vertex the number of faces of the connected piece of surface it belongs to.
 std::vector<std::size_t> piece_sizes(const GrowingSurface& surface) {
-  const FaceList faces = surface.faces();
-  const HalfEdges he = half_edges(faces, surface.vertex_count());
-  const Components pieces = face_components(faces, he);
+  const Connectivity he = build_connectivity(surface.faces(), surface.vertex_count());
+  const Components pieces = face_components(he);
   std::vector<std::size_t> size(pieces.count, 0), of_vertex(surface.vertex_count(), 0);
   for (const Index piece : pieces.of_face) ++size[piece];
-  for (std::size_t h = 0; h < faces.corners.size(); ++h) {
-    std::size_t& largest = of_vertex[faces.corners[h]];
-    largest = std::max(largest, size[pieces.of_face[he.face[h]]]);
+  for (Index h = 0; h < he.half_edge_count(); ++h) {
+    std::size_t& largest = of_vertex[he.source(h)];
+    largest = std::max(largest, size[pieces.of_face[he.face(h)]]);
   }
   return of_vertex;
 }

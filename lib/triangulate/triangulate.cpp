@@ -141,7 +141,7 @@ Triangulation triangulate(const Mixture& mixture, const TriangulateOptions& opti
   }
   const std::vector<Index> kept = compact(mesh.vertices, result.component_of_vertex, mesh.faces);
   result.flipped_components = orient(mesh.vertices, mesh.faces, options.sensor);
-  for (const std::vector<Index>& loop : boundary_loops(mesh.faces, half_edges(mesh.faces, mesh.vertices.size())))
+  for (const std::vector<Index>& loop : boundary_loops(build_connectivity(mesh.faces, mesh.vertices.size())))
     result.loop_reasons.push_back(mending.reason[kept[loop.front()]]);
   context.progress("triangulate", 1);
   return result;

@@ -1,4 +1,4 @@
-// Half-edges, loops, components, fans and counts on meshes whose topology is known.
+// Loops, components, fans and counts on meshes whose topology is known.
 
 #include <gmock/gmock.h>
 #include <gpsrecon/core/error.h>
@@ -33,30 +33,6 @@ FaceList quads(Index nu, Index nv, bool cyclic_u, bool cyclic_v) {
     for (Index u = 0; u < nu; ++u)
       faces.add(std::array<Index, 4>{at(u, v), at(u + 1, v), at(u + 1, v + 1), at(u, v + 1)});
   return faces;
-}
-
-void expect_consistent_half_edges(const FaceList& faces, std::size_t vertex_count) {
-  const HalfEdges he = half_edges(faces, vertex_count);
-  ASSERT_EQ(he.next.size(), faces.corners.size());
-  for (Index h = 0; h < he.next.size(); ++h) {
-    EXPECT_EQ(he.face[h], he.face[he.next[h]]);
-    EXPECT_LE(faces.offsets[he.face[h]], h);
-    EXPECT_LT(h, faces.offsets[he.face[h] + 1]);
-    const Index o = he.opposite[h];
-    if (o == no_index) continue;
-    EXPECT_NE(o, h);
-    EXPECT_EQ(he.opposite[o], h);
-    EXPECT_EQ(faces.corners[o], faces.corners[he.next[h]]);
-    EXPECT_EQ(faces.corners[he.next[o]], faces.corners[h]);
-  }
-}
-
-TEST(HalfEdges, AreConsistent) {
-  expect_consistent_half_edges(tetrahedron(), 4);
-  expect_consistent_half_edges(quads(5, 4, true, true), 20);
-  expect_consistent_half_edges(quads(5, 4, false, false), 30);
-  expect_consistent_half_edges(triangles({{0, 1, 2}, {0, 1, 3}, {1, 0, 4}}), 5);
-  expect_consistent_half_edges(FaceList{}, 0);
 }
 
 TEST(Topology, OfATetrahedron) {
@@ -114,9 +90,9 @@ TEST(Topology, SeesABowTieVertex) {
   EXPECT_EQ(t.nonmanifold_edges, 0u);
   EXPECT_EQ(t.components, 2u);  // joined across edges only
   EXPECT_EQ(t.boundary_loops, 2u);
-  const HalfEdges he = half_edges(faces, 5);
-  EXPECT_THAT(vertex_fans(faces, he, 5), ElementsAre(2, 1, 1, 1, 1));
-  EXPECT_THAT(boundary_loops(faces, he), ElementsAre(ElementsAre(0, 1, 2), ElementsAre(0, 3, 4)));
+  const Connectivity he = build_connectivity(faces, 5);
+  EXPECT_THAT(vertex_fans(he), ElementsAre(2, 1, 1, 1, 1));
+  EXPECT_THAT(boundary_loops(he), ElementsAre(ElementsAre(0, 1, 2), ElementsAre(0, 3, 4)));
 }
 
 TEST(Topology, SeesABowTieOfClosedFans) {
@@ -172,9 +148,9 @@ TEST(Topology, RefusesIndicesOutOfRange) {
 
 TEST(BoundaryLoops, RunWithTheSurfaceToTheirLeft) {
   const FaceList disc = quads(2, 2, false, false);
-  EXPECT_THAT(boundary_loops(disc, half_edges(disc, 9)), ElementsAre(ElementsAre(0, 1, 2, 5, 8, 7, 6, 3)));
+  EXPECT_THAT(boundary_loops(build_connectivity(disc, 9)), ElementsAre(ElementsAre(0, 1, 2, 5, 8, 7, 6, 3)));
   const FaceList closed = tetrahedron();
-  EXPECT_THAT(boundary_loops(closed, half_edges(closed, 4)), IsEmpty());
+  EXPECT_THAT(boundary_loops(build_connectivity(closed, 4)), IsEmpty());
 }
 
 TEST(BoundaryLoops, CoverEveryBoundaryEdgeOnce) {
@@ -183,8 +159,8 @@ TEST(BoundaryLoops, CoverEveryBoundaryEdgeOnce) {
   FaceList full = quads(5, 5, false, false), faces;
   for (std::size_t f = 0; f < full.size(); ++f)
     if (f != 6 && f != 12) faces.add(full[f]);
-  const HalfEdges he = half_edges(faces, 36);
-  const auto loops = boundary_loops(faces, he);
+  const Connectivity he = build_connectivity(faces, 36);
+  const auto loops = boundary_loops(he);
   ASSERT_EQ(loops.size(), 2u);
   EXPECT_EQ(loops[0].size(), 20u);
   EXPECT_EQ(loops[1].size(), 8u);
@@ -197,7 +173,7 @@ TEST(BoundaryLoops, CoverEveryBoundaryEdgeOnce) {
 
 TEST(FaceComponents, AreNumberedInOrderOfAppearance) {
   const FaceList faces = triangles({{0, 1, 2}, {3, 4, 5}, {2, 1, 6}, {5, 4, 7}, {8, 9, 10}});
-  const Components c = face_components(faces, half_edges(faces, 11));
+  const Components c = face_components(build_connectivity(faces, 11));
   EXPECT_EQ(c.count, 3u);
   EXPECT_THAT(c.of_face, ElementsAre(0, 1, 0, 1, 2));
 }

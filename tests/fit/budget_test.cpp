@@ -1,6 +1,7 @@
 #include <gpsrecon/core/mesh_topology.h>
 #include <gpsrecon/fit/fit.h>
 #include <gpsrecon/fit/refine.h>
+#include <gpsrecon/gps/refined_connectivity.h>
 #include <gpsrecon/triangulate/triangulate.h>
 #include <gtest/gtest.h>
 
@@ -11,7 +12,7 @@ namespace {
 
 struct Control {
   CovMesh mesh = triangulate(test::tangent_discs(test::torus(610, 1, 0.4))).mesh;
-  TriangleConnectivity topology = triangle_connectivity(mesh.faces, mesh.vertices.size());
+  Connectivity topology = triangle_connectivity(mesh.faces, mesh.vertices.size());
   std::vector<double> evidence = std::vector<double>(topology.edge_count());
 
   explicit Control(std::uint64_t seed) {

@@ -1,4 +1,5 @@
 #include <gpsrecon/fit/least_squares.h>
+#include <gpsrecon/gps/refined_connectivity.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
@@ -150,7 +151,7 @@ TEST(LeastSquares, NoPointsNoMoves) {
 
 TEST(LeastSquares, ControlEdgesAreThoseOfTheFaces) {
   const Mesh mesh = test::with_holes(test::irregular_sphere(3), 9);
-  const TriangleConnectivity topology = triangle_connectivity(mesh.faces, mesh.positions.size());
+  const Connectivity topology = triangle_connectivity(mesh.faces, mesh.positions.size());
   std::vector<std::array<Index, 2>> found = control_edges(topology), expected;
   EXPECT_EQ(found.size(), topology.edge_count());
   for (auto& [a, b] : found)

@@ -3,6 +3,7 @@
 #include <gpsrecon/fit/refine.h>
 #include <gpsrecon/gps/dual.h>
 #include <gpsrecon/gps/loop.h>
+#include <gpsrecon/gps/refined_connectivity.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -13,10 +14,10 @@
 namespace gpsrecon {
 namespace {
 
-TriangleConnectivity connectivity(const CovMesh& mesh) {
+Connectivity connectivity(const CovMesh& mesh) {
   return triangle_connectivity(mesh.faces, mesh.vertices.size());
 }
-std::vector<char> random_marks(const TriangleConnectivity& topology, double share, std::uint64_t seed) {
+std::vector<char> random_marks(const Connectivity& topology, double share, std::uint64_t seed) {
   test::RandomSequence random(seed);
   std::vector<char> marked(topology.edge_count());
   for (char& mark : marked) mark = random.uniform() < share;
@@ -56,7 +57,7 @@ TEST(SplitEdges, KeepsTheSurfaceWhatItIs) {
   for (const CovMesh& mesh : meshes())
     for (const double share : {0.02, 0.1, 0.5, 0.9}) {
       SCOPED_TRACE(testing::Message() << mesh.vertices.size() << " vertices, share " << share);
-      const TriangleConnectivity coarse = connectivity(mesh);
+      const Connectivity coarse = connectivity(mesh);
       std::vector<char> marked = random_marks(coarse, share, ++seed);
       marked[seed % marked.size()] = 1;
       const CovMesh fine = split_edges(mesh, coarse, marked);
@@ -74,10 +75,9 @@ TEST(SplitEdges, KeepsTheSurfaceWhatItIs) {
 
       // Every marked edge is gone, and every new face lies in an old one with the same side up: with the new vertices
       // in the middle of their edges the vector areas add up to those of before.
-      const HalfEdges edges = half_edges(fine.faces, fine.vertices.size());
+      const Connectivity edges = build_connectivity(fine.faces, fine.vertices.size());
       std::set<std::pair<Index, Index>> kept;
-      for (Index h = 0; h < edges.next.size(); ++h)
-        kept.insert(std::minmax(fine.faces.corners[h], fine.faces.corners[edges.next[h]]));
+      for (const Index h : edges.edge_start) kept.insert(std::minmax(edges.source(h), edges.target(h)));
       for (Index e = 0; e < marked.size(); ++e) {
         const Index h = coarse.edge_start[e];
         if (marked[e]) {
@@ -95,7 +95,7 @@ TEST(SplitEdges, HalvesNoAngleMoreThanOnce) {
     CovMesh mesh = test::flat_lattice(8);
     const Mat3 shear = random.matrix() + 1.5 * Mat3::Identity();
     for (Vec3& mean : mesh.vertices.means) mean = shear * mean;
-    const TriangleConnectivity coarse = connectivity(mesh);
+    const Connectivity coarse = connectivity(mesh);
     const std::vector<char> marked = random_marks(coarse, random.uniform(), seed);
     const CovMesh fine = split_edges(mesh, coarse, marked);
     EXPECT_GE(smallest_angle(fine), 0.5 * smallest_angle(mesh) * (1 - 1e-9)) << seed;
@@ -115,7 +115,7 @@ TEST(SplitEdges, HalvesNoAngleMoreThanOnce) {
 TEST(SplitEdges, AllEdgesMakeALoopStep) {
   for (const CovMesh& mesh : meshes()) {
     SCOPED_TRACE(mesh.vertices.size());
-    const TriangleConnectivity coarse = connectivity(mesh);
+    const Connectivity coarse = connectivity(mesh);
     const CovMesh fine = split_edges(mesh, coarse, std::vector<char>(coarse.edge_count(), 1));
     const Refinement loop = loop_refine(mesh.faces, mesh.vertices.size());
     EXPECT_EQ(test::canonical(fine.faces), test::canonical(loop.faces));
@@ -134,7 +134,7 @@ TEST(SplitEdges, AllEdgesMakeALoopStep) {
 
 TEST(SplitEdges, NoMarkNoChange) {
   for (const CovMesh& mesh : meshes()) {
-    const TriangleConnectivity topology = connectivity(mesh);
+    const Connectivity topology = connectivity(mesh);
     const CovMesh same = split_edges(mesh, topology, std::vector<char>(topology.edge_count(), 0));
     EXPECT_EQ(test::canonical(same.faces), test::canonical(mesh.faces));
     EXPECT_EQ(same.vertices.means, mesh.vertices.means);
@@ -150,7 +150,7 @@ TEST(SplitEdges, CarriesWhatVerticesCarry) {
   mesh.vertices.frame = {Vec3(1, 2, 3), 4};
   for (const Vec3& mean : mesh.vertices.means) mesh.vertices.normals.push_back(mean.normalized());
   mesh.vertices.normal_variances.assign(mesh.vertices.size(), 0.1);
-  const TriangleConnectivity coarse = connectivity(mesh);
+  const Connectivity coarse = connectivity(mesh);
   const CovMesh fine = split_edges(mesh, coarse, random_marks(coarse, 0.1, 1));
   EXPECT_GT(fine.vertices.size(), mesh.vertices.size());
   EXPECT_NO_THROW(validate(fine));
@@ -163,7 +163,7 @@ TEST(SplitEdges, CarriesWhatVerticesCarry) {
 /// The edges with detail of a mesh without vertices added, after its fit.
 struct Detail {
   CovMesh mesh;
-  TriangleConnectivity topology;
+  Connectivity topology;
   std::vector<double> marked;  // evidence
 
   Detail(const CovMesh& start, const PointCloud& cloud)
@@ -244,7 +244,7 @@ TEST(EdgesWithDetail, ABumpNarrowerThanTheEdgesIsFoundAndFollowed) {
 TEST(EdgesWithDetail, BoundaryEdgesAndEdgesWithFewPointsAreLeftAlone) {
   const CovMesh mesh = test::flat_lattice(6);
   const LimitSurface surface(mesh.faces, mesh.vertices.size(), 2);
-  const TriangleConnectivity topology = connectivity(mesh);
+  const Connectivity topology = connectivity(mesh);
   const std::size_t m = surface.sample_count();
   const auto marks = [&](double weight) {
     // All offsets are one: nothing of that is noise.

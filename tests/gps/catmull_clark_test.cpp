@@ -24,15 +24,15 @@ Mesh refined(const CovMesh& mesh, int levels, bool limit = true, const RunContex
   return subdivide(mesh, {.scheme = Scheme::catmull_clark, .levels = levels, .limit = limit}, context);
 }
 
-TEST(PolygonConnectivity, RefinesInClosedFormAsBySorting) {
+TEST(PolygonRefinement, RefinesInClosedFormAsBySorting) {
   for (const auto& [name, mesh] : polygon_shapes()) {
     SCOPED_TRACE(name);
-    const PolygonConnectivity parent = polygon_connectivity(mesh.faces, mesh.positions.size());
-    const PolygonConnectivity middle = refine(parent), child = refine(middle);
-    const FaceList faces = refined_faces(middle);
+    const Connectivity parent = manifold_connectivity(mesh.faces, mesh.positions.size());
+    const Connectivity middle = refine_to_quads(parent), child = refine_to_quads(middle);
+    const FaceList faces = refined_quads(middle);
     EXPECT_EQ(child.corners, faces.corners);
     EXPECT_TRUE(faces.all_of_size(4));
-    const PolygonConnectivity sorted = polygon_connectivity(faces, child.vertex_count);
+    const Connectivity sorted = manifold_connectivity(faces, child.vertex_count);
     EXPECT_EQ(child.opposite, sorted.opposite);
     EXPECT_EQ(child.face_count, sorted.face_count);
     ASSERT_EQ(child.edge_count(), sorted.edge_count());
@@ -79,13 +79,14 @@ TEST(LimitRows, OfARefinementAreThoseOfItsConnectivity) {
     const EvaluateOptions rules{.corners = corners};
     for (const auto& [name, mesh] : polygon_shapes()) {
       SCOPED_TRACE(name);
-      const PolygonConnectivity parent = polygon_connectivity(mesh.faces, mesh.positions.size());
+      const Connectivity parent = manifold_connectivity(mesh.faces, mesh.positions.size());
       EXPECT_EQ(texts(CatmullClarkScheme::limit(parent, rules, true)),
-                texts(CatmullClarkScheme::limit(refine(parent), rules, false)));
+                texts(CatmullClarkScheme::limit(refine_to_quads(parent), rules, false)));
     }
     for (const Mesh& mesh : {tetrahedron(), grid(5, 4), fan(8, false, 4), fan(12, true, 3), irregular_sphere(3)}) {
-      const TriangleConnectivity parent = triangle_connectivity(mesh.faces, mesh.positions.size());
-      EXPECT_EQ(texts(LoopScheme::limit(parent, rules, true)), texts(LoopScheme::limit(refine(parent), rules, false)));
+      const Connectivity parent = triangle_connectivity(mesh.faces, mesh.positions.size());
+      EXPECT_EQ(texts(LoopScheme::limit(parent, rules, true)),
+                texts(LoopScheme::limit(refine_triangles(parent), rules, false)));
     }
   }
 }
@@ -110,7 +111,7 @@ TEST(LimitSurface, IsWhatSubdivideGives) {
 TEST(CatmullClark, PolygonsOfAnySizeTakeLinearRoom) {
   const Index n = 20000;
   const Mesh mesh = polygon_pillow(n);
-  const PolygonConnectivity topology = polygon_connectivity(mesh.faces, n);
+  const Connectivity topology = manifold_connectivity(mesh.faces, n);
   const auto step = tabulate(CatmullClarkScheme::step(topology, catmull_clark));
   EXPECT_EQ(step.faces.indices.size(), 2 * n);
   EXPECT_EQ(step.points.indices.size(), 5 * n + 4 * n);

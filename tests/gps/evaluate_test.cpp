@@ -5,6 +5,7 @@
 #include <gpsrecon/gps/evaluate.h>
 #include <gpsrecon/gps/infer.h>
 #include <gpsrecon/gps/patch_table.h>
+#include <gpsrecon/gps/refined_connectivity.h>
 #include <gpsrecon/gps/refined_parameters.h>
 #include <gpsrecon/gps/refinement_levels.h>
 #include <gtest/gtest.h>
@@ -79,14 +80,14 @@ Mesh by_masks(const CovMesh& control, const EvaluateOptions& options, int levels
   if (options.scheme == Scheme::loop)
     return subdivide(control, {.levels = levels, .weights = options.weights, .corners = options.corners});
   Mesh refined;
-  PolygonConnectivity topology = polygon_connectivity(control.faces, control.vertices.size());
+  Connectivity topology = manifold_connectivity(control.faces, control.vertices.size());
   std::vector<DualPoint> dual;
   for (std::size_t v = 0; v < control.vertices.size(); ++v) dual.push_back(to_dual(control.vertices.component(v)));
   refined.faces = control.faces;
   for (int level = 0; level < levels; ++level) {
     dual = refine_values<DualPoint>(CatmullClarkScheme::step(topology, options), dual, {});
-    refined.faces = refined_faces(topology);
-    topology = refine(topology);
+    refined.faces = refined_quads(topology);
+    topology = refine_to_quads(topology);
   }
   const LimitTable table = tabulate(CatmullClarkScheme::limit(topology, options, false));
   for (std::size_t v = 0; v < dual.size(); ++v) {
@@ -184,7 +185,7 @@ TEST_P(Evaluation, MeetsAcrossEdges) {
   if (!triangular() && !mesh().faces.all_of_size(4)) GTEST_SKIP() << "edges of polygons are halves of two patches";
   if (GetParam().name.ends_with("pillow")) GTEST_SKIP() << "two sheets fold at their edges";
   const SurfaceEvaluator surface(control(), options());
-  const PolygonConnectivity edges = polygon_connectivity(mesh().faces, mesh().positions.size());
+  const Connectivity edges = manifold_connectivity(mesh().faces, mesh().positions.size());
   const int n = triangular() ? 3 : 4;
   const auto place = [&](Index h, double t) -> SurfaceParameter {
     const double x[] = {0, 1, 1, 0}, y[] = {0, 0, 1, 1}, p[] = {0, 1, 0}, q[] = {0, 0, 1};

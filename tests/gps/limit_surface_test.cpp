@@ -1,4 +1,5 @@
 #include <gpsrecon/gps/limit_surface.h>
+#include <gpsrecon/gps/refined_connectivity.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -68,8 +69,8 @@ Eigen::MatrixXd dense(const Stencils<Weight>& table, Part part = {}) {
 
 TEST(LimitSurface, ToLevelAppliesTheTransposedTables) {
   const Mesh mesh = test::with_holes(test::irregular_sphere(6, 10), 11);
-  const TriangleConnectivity coarse = triangle_connectivity(mesh.faces, mesh.positions.size());
-  const TriangleConnectivity middle = refine(coarse), fine = refine(middle);
+  const Connectivity coarse = triangle_connectivity(mesh.faces, mesh.positions.size());
+  const Connectivity middle = refine_triangles(coarse), fine = refine_triangles(middle);
   const Eigen::MatrixXd first = dense(loop_stencils(coarse, LoopWeights::loop, CornerRule::smooth)),
                         second = dense(loop_stencils(middle, LoopWeights::loop, CornerRule::smooth)),
                         last = dense(limit_table(fine, LoopWeights::loop, CornerRule::smooth), &LimitWeight::position);
@@ -96,14 +97,14 @@ TEST(LimitSurface, SamplesKnowTheControlVertexTheyGrewFrom) {
   const std::vector<Index> control = surface.control_of_samples();
   ASSERT_EQ(control.size(), surface.sample_count());
   for (Index v = 0; v < n; ++v) EXPECT_EQ(control[v], v);
-  TriangleConnectivity level = triangle_connectivity(mesh.faces, n);
+  Connectivity level = triangle_connectivity(mesh.faces, n);
   for (int l = 0; l < 3; ++l) {
     for (Index e = 0; e < level.edge_count(); ++e) {
       const Index h = level.edge_start[e];
       EXPECT_EQ(control[level.vertex_count + e], std::min(control[level.source(h)], control[level.target(h)]))
           << l << " " << e;
     }
-    level = refine(level);
+    level = refine_triangles(level);
   }
   EXPECT_EQ(LimitSurface(mesh.faces, n, 0).control_of_samples().size(), n);
 }

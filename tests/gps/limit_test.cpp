@@ -2,6 +2,7 @@
 
 #include <gpsrecon/gps/dual.h>
 #include <gpsrecon/gps/limit.h>
+#include <gpsrecon/gps/refined_connectivity.h>
 #include <gtest/gtest.h>
 
 #include "meshes.h"
@@ -89,7 +90,7 @@ class LimitMasks : public testing::TestWithParam<Case> {
   static Mesh mesh() { return fan(GetParam().faces, GetParam().closed, 17 + GetParam().faces); }
   template <class T>
   static T limit(const FaceList& faces, const std::vector<T>& values, double LimitWeight::*part) {
-    const TriangleConnectivity topology = triangle_connectivity(faces, values.size());
+    const Connectivity topology = triangle_connectivity(faces, values.size());
     return apply_row<T>(limit_table(topology, GetParam().weights, GetParam().corners).row(0), values, part);
   }
 };
@@ -127,7 +128,7 @@ TEST_P(LimitMasks, AreEigenvectorsOfTheSubdivisionMatrix) {
 }
 
 TEST_P(LimitMasks, TangentWeightsSumToZeroAndPositionWeightsToOne) {
-  const TriangleConnectivity topology = triangle_connectivity(mesh().faces, mesh().positions.size());
+  const Connectivity topology = triangle_connectivity(mesh().faces, mesh().positions.size());
   const LimitTable table = limit_table(topology, GetParam().weights, GetParam().corners);
   for (std::size_t r = 0; r < table.rows(); ++r) {
     LimitWeight sum{0, 0, 0};

@@ -6,6 +6,7 @@
 #include <gpsrecon/core/neighbors.h>
 #include <gpsrecon/gps/limit_surface.h>
 #include <gpsrecon/gps/loop.h>
+#include <gpsrecon/gps/refined_connectivity.h>
 #include <gtest/gtest.h>
 
 #include <numeric>
@@ -46,14 +47,14 @@ std::vector<Named> sample_meshes() {
 constexpr std::array all_weights{LoopWeights::loop, LoopWeights::warren};
 constexpr std::array all_corners{CornerRule::smooth, CornerRule::sharp};
 
-TEST(TriangleConnectivity, RefinesInClosedFormAsBySorting) {
+TEST(TriangleRefinement, RefinesInClosedFormAsBySorting) {
   for (const Named& named : sample_meshes()) {
     SCOPED_TRACE(named.name);
-    const TriangleConnectivity parent = triangle_connectivity(named.mesh.faces, named.mesh.positions.size());
-    const TriangleConnectivity middle = refine(parent), child = refine(middle);
-    const FaceList faces = refined_faces(middle);
+    const Connectivity parent = triangle_connectivity(named.mesh.faces, named.mesh.positions.size());
+    const Connectivity middle = refine_triangles(parent), child = refine_triangles(middle);
+    const FaceList faces = refined_triangles(middle);
     EXPECT_EQ(child.corners, faces.corners);
-    const TriangleConnectivity sorted = triangle_connectivity(faces, child.vertex_count);
+    const Connectivity sorted = triangle_connectivity(faces, child.vertex_count);
     EXPECT_EQ(child.opposite, sorted.opposite);
     EXPECT_EQ(child.face_count, sorted.face_count);
     ASSERT_EQ(child.edge_count(), sorted.edge_count());
@@ -84,7 +85,7 @@ TEST(TriangleConnectivity, RefinesInClosedFormAsBySorting) {
   }
 }
 
-TEST(TriangleConnectivity, RefusesWhatIsNoOrientedManifold) {
+TEST(TriangleRefinement, RefusesWhatIsNoOrientedManifold) {
   FaceList quad;
   quad.add(std::array<Index, 4>{0, 1, 2, 3});
   EXPECT_THROW(triangle_connectivity(quad, 4), InvariantError);
@@ -136,7 +137,7 @@ TEST(LoopStencils, AreConvexCombinations) {
 TEST(LoopStencils, KeepSharpCornersAndUnusedVertices) {
   const Mesh patch = grid(3, 3);
   const std::size_t n = patch.positions.size();
-  const TriangleConnectivity topology = triangle_connectivity(patch.faces, n);
+  const Connectivity topology = triangle_connectivity(patch.faces, n);
   const StencilTable sharp = loop_refine(patch.faces, n, LoopWeights::loop, CornerRule::sharp).stencils;
   const StencilTable smooth = loop_refine(patch.faces, n, LoopWeights::loop, CornerRule::smooth).stencils;
   std::size_t corners = 0;

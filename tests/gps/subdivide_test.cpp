@@ -5,6 +5,7 @@
 #include <gpsrecon/gps/dual.h>
 #include <gpsrecon/gps/infer.h>
 #include <gpsrecon/gps/limit_surface.h>
+#include <gpsrecon/gps/refined_connectivity.h>
 #include <gpsrecon/gps/subdivide.h>
 #include <gtest/gtest.h>
 
@@ -186,7 +187,7 @@ TEST(Subdivide, NormalsAreUnitAndOnTheSideOfTheFaces) {
   for (const Mesh& mesh : {irregular_sphere(23), with_holes(irregular_sphere(24, 60, 0), 7), torus(9, 6)})
     for (const bool limit : {true, false}) {
       const Mesh surface = subdivide(with_equal_covariances(mesh, Sym3::identity()), {.levels = 3, .limit = limit});
-      const TriangleConnectivity topology = triangle_connectivity(mesh.faces, mesh.positions.size());
+      const Connectivity topology = triangle_connectivity(mesh.faces, mesh.positions.size());
       std::vector<Vec3> faces_around(surface.positions.size(), Vec3::Zero());
       for (std::size_t f = 0; f < surface.faces.size(); ++f) {
         const auto face = surface.faces[f];

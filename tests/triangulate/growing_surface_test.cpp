@@ -16,11 +16,11 @@ using test::Random;
 void expect_consistent(const GrowingSurface& surface, const std::vector<Vec3>& positions) {
   const std::size_t n = positions.size();
   const FaceList faces = surface.faces();
-  const HalfEdges he = half_edges(faces, n);
+  const Connectivity he = build_connectivity(faces, n);
   ASSERT_EQ(he.nonmanifold_edges, 0U);
   ASSERT_EQ(he.inconsistent_edges, 0U);
   std::map<std::pair<Index, Index>, Index> half_edge;
-  for (Index h = 0; h < faces.corners.size(); ++h) half_edge[{faces.corners[h], faces.corners[he.next[h]]}] = h;
+  for (Index h = 0; h < faces.corners.size(); ++h) half_edge[{he.source(h), he.target(h)}] = h;
   for (Index a = 0; a < n; ++a)
     for (Index b = 0; b < n; ++b) {
       const auto at = half_edge.find({a, b});
@@ -29,12 +29,12 @@ void expect_consistent(const GrowingSurface& surface, const std::vector<Vec3>& p
       if (at == half_edge.end()) continue;
       const Index t = surface.triangle_at(a, b);
       ASSERT_TRUE(surface.alive(t));
-      const Index c = faces.corners[he.next[he.next[at->second]]];
+      const Index c = he.source(he.previous(at->second));
       ASSERT_EQ(surface.third_corner(t, a, b), c);
       const Vec3 normal = (positions[b] - positions[a]).cross(positions[c] - positions[a]).normalized();
       ASSERT_LT((surface.normal(t) - normal).norm(), 1e-12);
     }
-  const std::vector<Index> fan_count = vertex_fans(faces, he, n);
+  const std::vector<Index> fan_count = vertex_fans(he);
   std::vector<Fan> fans;
   for (Index v = 0; v < n; ++v) {
     surface.fans(v, fans);

@@ -39,7 +39,7 @@ SampledShape sheet(int n) {
 
 std::vector<double> loop_lengths(const CovMesh& mesh) {
   std::vector<double> lengths;
-  for (const auto& loop : boundary_loops(mesh.faces, half_edges(mesh.faces, mesh.vertices.size()))) {
+  for (const auto& loop : boundary_loops(build_connectivity(mesh.faces, mesh.vertices.size()))) {
     double length = 0;
     for (std::size_t k = 0; k < loop.size(); ++k)
       length += (mesh.vertices.means[loop[(k + 1) % loop.size()]] - mesh.vertices.means[loop[k]]).norm();

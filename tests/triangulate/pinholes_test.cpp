@@ -59,9 +59,9 @@ TEST_F(Pinholes, AMissingTriangleComesBack) {
 }
 
 TEST_F(Pinholes, TwoTrianglesAreClosedOneWayOrTheOther) {
-  const HalfEdges he = half_edges(full_, mixture_.size());
+  const Connectivity he = build_connectivity(full_, mixture_.size());
   for (const Index h : {Index{0}, Index{301}, Index{1500}}) {
-    GrowingSurface surface = surface_without({he.face[h], he.face[he.opposite[h]]});
+    GrowingSurface surface = surface_without({he.face(h), he.face(he.opposite[h])});
     EXPECT_EQ(close(surface), 1U);
     const Topology t = topology(surface.faces(), mixture_.size());
     EXPECT_EQ(t.boundary_loops, 0U);
@@ -100,10 +100,10 @@ TEST_F(Pinholes, LongerLoopsThanWantedStay) {
 
 TEST_F(Pinholes, ALonePatchIsNotClosedOverItself) {
   // The boundary of a patch of two triangles, or of a star, is short, too, but runs around the patch.
-  const HalfEdges he = half_edges(full_, mixture_.size());
+  const Connectivity he = build_connectivity(full_, mixture_.size());
   for (const bool whole_star : {false, true}) {
     const std::vector<std::size_t> keep =
-        whole_star ? star(77) : std::vector<std::size_t>{he.face[300], he.face[he.opposite[300]]};
+        whole_star ? star(77) : std::vector<std::size_t>{he.face(300), he.face(he.opposite[300])};
     GrowingSurface surface(mixture_.means);
     for (const std::size_t f : keep) surface.add({full_[f][0], full_[f][1], full_[f][2]});
     EXPECT_EQ(close(surface), 0U);
