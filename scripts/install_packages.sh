@@ -13,7 +13,7 @@ set -eu
 
 build="g++ cmake ninja-build ccache libeigen3-dev libflann-dev liblz4-dev libcgal-dev libcli11-dev libspdlog-dev
   nlohmann-json3-dev libpcl-dev"
-test="libgtest-dev libgmock-dev libbenchmark-dev libopenmesh-dev libosd-dev
+test="libgtest-dev libgmock-dev libbenchmark-dev libopenmesh-dev libosd-dev libvalijson-dev
   python3"
 benchmark="python3-matplotlib python3-meshio"
 develop="git clang-format-14 clang-tidy-14 flake8 shellcheck
