@@ -36,6 +36,22 @@ void parse_particles(const std::string& text, ParticleOptions& options) {
   }
 }
 
+/// One of several words, of which the text in force is that of `rule` or, if it is not given, of `usual` or the input.
+template <class T>
+void bind_rule(Arguments& arguments, const std::string& name, std::optional<T>& rule, const T* usual,
+               const std::vector<std::pair<std::string, T>>& words, const std::string& meaning) {
+  std::string names, otherwise = "that of the input";
+  for (const auto& [word, meant] : words) {
+    names += (names.empty() ? "" : "|") + word;
+    if (usual != nullptr && meant == *usual) otherwise = word;
+  }
+  arguments.option(name, names, meaning, "", otherwise, [&rule, words, names](const std::string& text) {
+    for (const auto& [word, meant] : words)
+      if (word == text) return static_cast<void>(rule = meant);
+    throw OptionError("expected one of " + names + ", got '" + text + "'");
+  });
+}
+
 }  // namespace
 
 void bind_scale(Arguments& arguments, ScaleOptions& options) {
@@ -206,9 +222,38 @@ void bind_fit(Arguments& arguments, FitOptions& options) {
                    "vertices those rounds may lead to, at most, strongest detail first; 0 = no limit", ">= 0");
 }
 
-void bind_scheme(Arguments& arguments, Scheme& scheme) {
-  arguments.choice<Scheme>("--scheme", scheme, {{"loop", Scheme::loop}, {"catmull-clark", Scheme::catmull_clark}},
-                           "refinement scheme: triangles to triangles, or polygons to quadrilaterals");
+void GivenRules::bind(Arguments& arguments, const SurfaceRules& defaults) {
+  bind(arguments, &defaults);
+}
+
+void GivenRules::bind(Arguments& arguments) {
+  bind(arguments, nullptr);
+}
+
+void GivenRules::bind(Arguments& arguments, const SurfaceRules* defaults) {
+  arguments.group("Surface");
+  bind_rule<Scheme>(arguments, "--scheme", scheme_, defaults != nullptr ? &defaults->scheme : nullptr,
+                    {{"loop", Scheme::loop}, {"catmull-clark", Scheme::catmull_clark}},
+                    "refinement scheme: triangles to triangles, or polygons to quadrilaterals");
+  bind_rule<CornerRule>(arguments, "--corners", corners_, defaults != nullptr ? &defaults->corners : nullptr,
+                        {{"smooth", CornerRule::smooth}, {"sharp", CornerRule::sharp}},
+                        "boundary vertices of a single face: rounded like the rest of the boundary, or kept");
+  bind_rule<LoopWeights>(arguments, "--loop-weights", weights_, defaults != nullptr ? &defaults->weights : nullptr,
+                         {{"loop", LoopWeights::loop}, {"warren", LoopWeights::warren}},
+                         "weights of interior vertices: Loop's own, or Warren's simpler ones");
+}
+
+SurfaceRules GivenRules::over(const SurfaceRules& rules) const {
+  return {.scheme = scheme_.value_or(rules.scheme),
+          .weights = weights_.value_or(rules.weights),
+          .corners = corners_.value_or(rules.corners)};
+}
+
+CovMesh GivenRules::over(CovMesh mesh, const std::string& path) const {
+  mesh.rules = over(mesh.rules);
+  if (mesh.rules.scheme == Scheme::loop)
+    require_triangles(mesh, path, "Loop's scheme refines triangles, --scheme catmull-clark any polygons");
+  return mesh;
 }
 
 void bind_subdivide(Arguments& arguments, ReconstructOptions& options) {
@@ -229,13 +274,6 @@ void bind_subdivide(Arguments& arguments, ReconstructOptions& options) {
       "give the vertices curvatures, in 1/length: mean_curvature, gaussian_curvature, k1, k2, their directions "
       "and whether they are exact (ply)");
   arguments.flag("--covariances", options.subdivide.covariances, "give the vertices their covariances (ply)");
-  bind_scheme(arguments, options.subdivide.scheme);
-  arguments.choice<CornerRule>("--corners", options.subdivide.corners,
-                               {{"smooth", CornerRule::smooth}, {"sharp", CornerRule::sharp}},
-                               "boundary vertices of a single face: rounded like the rest of the boundary, or kept");
-  arguments.choice<LoopWeights>("--loop-weights", options.subdivide.weights,
-                                {{"loop", LoopWeights::loop}, {"warren", LoopWeights::warren}},
-                                "weights of interior vertices: Loop's own, or Warren's simpler ones");
 }
 
 void bind_encoding(Arguments& arguments, PlyEncoding& encoding) {

@@ -2,6 +2,7 @@
 
 #include <gpsrecon/io/io.h>
 #include <gpsrecon/pipeline/reconstruct.h>
+#include <optional>
 #include <string>
 
 #include "arguments.h"
@@ -27,7 +28,26 @@ void bind_triangulate(Arguments& arguments, ReconstructOptions& options);
 /// Where the sensor stood, of bind_triangulate() and of the fit.
 void bind_sensor(Arguments& arguments, ReconstructOptions& options);
 void bind_fit(Arguments& arguments, FitOptions& options);
-void bind_scheme(Arguments& arguments, Scheme& scheme);
+
+/// The rules of the surface as they were given on the command line: what was not is left to the covariance mesh.
+class GivenRules {
+ public:
+  void bind(Arguments& arguments, const SurfaceRules& defaults);
+  /// The same for a command whose input has rules of its own.
+  void bind(Arguments& arguments);
+  /// `rules` with what was given in place of theirs.
+  SurfaceRules over(const SurfaceRules& rules) const;
+  /// A mesh read from `path`, likewise. InputError if its faces do not go with the scheme.
+  CovMesh over(CovMesh mesh, const std::string& path) const;
+
+ private:
+  void bind(Arguments& arguments, const SurfaceRules* defaults);
+
+  std::optional<Scheme> scheme_;
+  std::optional<LoopWeights> weights_;
+  std::optional<CornerRule> corners_;
+};
+
 void bind_subdivide(Arguments& arguments, ReconstructOptions& options);
 
 /// How PLY outputs are encoded.

@@ -55,7 +55,8 @@ void dump_levels_and_fronts(const std::string& folder, ReconstructOptions& optio
 
 /// Leaves the points it read, if it did, in `points` if that is not null.
 Reconstruction reconstruct_file(const std::string& path, const AttributeOptions& attributes,
-                                const ReconstructOptions& options, const Console& console, PointCloud* points) {
+                                const ReconstructOptions& options, const GivenRules& rules, const Console& console,
+                                PointCloud* points) {
   const RunContext context = console.context();
   StageTimer timer;
   timer.start("read");
@@ -75,11 +76,7 @@ Reconstruction reconstruct_file(const std::string& path, const AttributeOptions&
     }
     case FileKind::covmesh:
       console.info(path + ": is a covariance mesh; starting with the subdivision");
-      {
-        const CovMesh mesh = load_covmesh(path);
-        require_faces_for(options.subdivide.scheme, mesh, path);
-        return work_on(mesh);
-      }
+      { return work_on(rules.over(load_covmesh(path), path)); }
     case FileKind::points:
     case FileKind::mesh:
       break;
@@ -110,6 +107,8 @@ ExitCode run_chain(Arguments& arguments) {
   bind_fit(arguments, options.fit);
   arguments.flag("--no-fit", "the same as --fit-steps 0", [&options] { options.fit.steps = 0; });
   bind_subdivide(arguments, options);
+  GivenRules rules;
+  rules.bind(arguments, options.triangulate.rules);
   arguments.group("Output", false);
   arguments.option("--covmesh", "FILE", files.covmesh, "covariance mesh (ply)", "", "OUT's stem + .covmesh.ply");
   arguments.option("--report", "FILE", files.report, "report (JSON)", "", "OUT's stem + .report.json");
@@ -123,7 +122,7 @@ ExitCode run_chain(Arguments& arguments) {
   views.bind(arguments);
   bind_encoding(arguments, encoding);
   const GlobalOptions globals = arguments.parse();
-  options.fit.scheme = options.subdivide.scheme;
+  options.triangulate.rules = rules.over(options.triangulate.rules);
   options.check();
   complete(files);
   Outputs outputs(globals, {files.in});
@@ -137,7 +136,8 @@ ExitCode run_chain(Arguments& arguments) {
 
   StageTimer timer;
   PointCloud points;
-  Reconstruction result = reconstruct_file(files.in, attributes, options, console, views.wanted() ? &points : nullptr);
+  Reconstruction result =
+      reconstruct_file(files.in, attributes, options, rules, console, views.wanted() ? &points : nullptr);
   ErrorReport& report = result.report;
   report.version = GPSRECON_VERSION;
   report.options = arguments.values();

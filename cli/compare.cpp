@@ -46,11 +46,7 @@ Shape load_shape(const std::string& path, const Console& console) {
     case FileKind::covmesh:
       console.info(path + ": is a covariance mesh; its surface is compared, refined " + std::to_string(surface_level) +
                    " times");
-      {
-        const CovMesh covmesh = load_covmesh(path);
-        const Scheme scheme = covmesh.faces.is_triangular() ? Scheme::loop : Scheme::catmull_clark;
-        shape.mesh = subdivide(covmesh, {.scheme = scheme, .levels = surface_level}, console.context());
-      }
+      shape.mesh = subdivide(load_covmesh(path), {.levels = surface_level}, console.context());
       break;
     case FileKind::mesh:
       shape.mesh = load_mesh(path);

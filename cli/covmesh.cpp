@@ -200,6 +200,8 @@ ExitCode run_covmesh(Arguments& arguments) {
   arguments.positional(
       "OUT", out, "covariance mesh (ply; - is standard output), or its means and faces alone (obj, off, stl, glb)");
   script.bind(arguments);
+  GivenRules rules;
+  rules.bind(arguments);
   bind_repair(arguments, repair);
   bind_encoding(arguments, encoding);
   const GlobalOptions globals = arguments.parse();
@@ -210,7 +212,7 @@ ExitCode run_covmesh(Arguments& arguments) {
   const Console console(globals);
 
   const RunContext context = console.context();
-  const Edit edited = edit(load_covmesh(in, repair, console), steps, context);
+  const Edit edited = edit(rules.over(load_covmesh(in, repair, console), in), steps, context);
   script.tell(edited.steps, console);
 
   if (mesh_only) {

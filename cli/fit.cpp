@@ -16,8 +16,9 @@ ExitCode run_fit(Arguments& arguments) {
   arguments.positional("OUT", out, "covariance mesh (ply; - is standard output)");
   bind_scale(arguments, options.scale);
   bind_fit(arguments, options.fit);
-  bind_scheme(arguments, options.fit.scheme);
   bind_sensor(arguments, options);
+  GivenRules rules;
+  rules.bind(arguments);
   bind_encoding(arguments, encoding);
   const GlobalOptions globals = arguments.parse();
   options.check();
@@ -27,7 +28,8 @@ ExitCode run_fit(Arguments& arguments) {
   const Console console(globals);
 
   CovMesh mesh = load_covmesh(in);
-  require_faces_for(Scheme::loop, mesh, in);
+  require_triangles(mesh, in, "only meshes of triangles are fitted");
+  mesh.rules = rules.over(mesh.rules);
   const PointCloud points = load_points(points_file, console);
   const RunContext context = console.context();
   ErrorReport report;

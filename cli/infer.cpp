@@ -47,6 +47,8 @@ ExitCode run_infer(Arguments& arguments) {
                    "standard deviation added in all directions, in the unit of the coordinates, instead of --bias; "
                    "0 = as --bias says",
                    "> 0 or 0");
+  GivenRules rules;
+  rules.bind(arguments);
   bind_repair(arguments, repair);
   bind_encoding(arguments, encoding);
   const GlobalOptions globals = arguments.parse();
@@ -58,7 +60,7 @@ ExitCode run_infer(Arguments& arguments) {
 
   const Mesh mesh = repair ? repaired(load_soup(in), in, console) : load_mesh(in);
   const RunContext context = console.context();
-  const Inference inferred = on_data_of(in, [&] {
+  Inference inferred = on_data_of(in, [&] {
     try {
       return infer_covariances(mesh, options, context);
     } catch (const InvariantError& error) {
@@ -66,8 +68,9 @@ ExitCode run_infer(Arguments& arguments) {
     }
   });
   tell(inferred, in, console);
+  const CovMesh covmesh = rules.over(std::move(inferred.mesh), in);
 
-  outputs.stage(out, [&](const std::string& path) { write_covmesh(inferred.mesh, path, encoding); });
+  outputs.stage(out, [&](const std::string& path) { write_covmesh(covmesh, path, encoding); });
   outputs.commit(context);
   return ExitCode::done;
 }

@@ -87,8 +87,15 @@ void describe_topology(const FaceList& faces, std::size_t vertices, Json& info) 
                       {"triangular", faces.is_triangular()}};
 }
 
+void describe(const SurfaceRules& rules, Json& info) {
+  info["surface"] = {{"scheme", rules.scheme == Scheme::loop ? "loop" : "catmull-clark"},
+                     {"loop_weights", rules.weights == LoopWeights::loop ? "loop" : "warren"},
+                     {"corners", rules.corners == CornerRule::smooth ? "smooth" : "sharp"}};
+}
+
 void describe(const CovMesh& mesh, Json& info) {
   describe(mesh.vertices, info);
+  describe(mesh.rules, info);
   describe_topology(mesh.faces, mesh.vertices.size(), info);
 }
 

@@ -64,12 +64,11 @@ CovMesh load_covmesh(const std::string& path, bool repair, const Console& consol
   return load_valid<CovMesh>(
       path, [&](const std::string& file) { return repaired(read_covmesh(file, false), file, console); });
 }
-void require_faces_for(Scheme scheme, const CovMesh& mesh, const std::string& path) {
-  if (scheme != Scheme::loop) return;
+void require_triangles(const CovMesh& mesh, const std::string& path, const std::string& reason) {
   for (std::size_t f = 0; f < mesh.faces.size(); ++f)
     if (const std::size_t corners = mesh.faces[f].size(); corners != 3)
-      throw InputError(path + ": face " + std::to_string(f) + " has " + std::to_string(corners) +
-                       " corners; Loop's scheme refines triangles, --scheme catmull-clark any polygons");
+      throw InputError(path + ": face " + std::to_string(f) + " has " + std::to_string(corners) + " corners; " +
+                       reason);
 }
 Mesh load_soup(const std::string& path) {
   const EndAtOnceOnSignal nothing_written_yet;

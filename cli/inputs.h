@@ -30,10 +30,10 @@ struct AttributeOptions {
 PointCloud load_points(const std::string& path, const Console& console, const AttributeOptions& attributes = {});
 Mixture load_mixture(const std::string& path);
 CovMesh load_covmesh(const std::string& path);
-/// The same, or with `repair` one whose faces need not be manifold, made so.
+/// load_covmesh(), or with `repair` one whose faces need not be manifold, made so.
 CovMesh load_covmesh(const std::string& path, bool repair, const Console& console);
-/// InputError unless the scheme refines such faces.
-void require_faces_for(Scheme scheme, const CovMesh& mesh, const std::string& path);
+/// InputError, naming the first other face and `reason`, unless all are triangles.
+void require_triangles(const CovMesh& mesh, const std::string& path, const std::string& reason);
 Mesh load_mesh(const std::string& path);
 /// What is to be repaired first: nothing is promised of its faces but corners in range.
 Mesh load_soup(const std::string& path);

@@ -46,6 +46,7 @@ CovMesh repaired(const CovMesh& mesh, const std::string& path, const Console& co
   if (!repair.changed()) return mesh;
   tell(repair, path, console);
   CovMesh result;
+  result.rules = mesh.rules;
   result.vertices = select(mesh.vertices, repair.origin);
   result.faces = std::move(repair.faces);
   std::vector<double> shares(mesh.vertices.size(), 0);

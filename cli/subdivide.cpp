@@ -17,6 +17,8 @@ ExitCode run_subdivide(Arguments& arguments) {
   arguments.positional("COVMESH", in, "covariance mesh (ply; - is standard input)");
   arguments.positional("OUT", out, "mesh (ply, obj, off, stl, glb; - is standard output)");
   bind_subdivide(arguments, options);
+  GivenRules rules;
+  rules.bind(arguments);
   bind_repair(arguments, repair);
   bind_scale(arguments, options.scale);
   arguments.option("--points", "FILE", points_file,
@@ -34,8 +36,7 @@ ExitCode run_subdivide(Arguments& arguments) {
   outputs.plan(out, true);
   const Console console(globals);
 
-  const CovMesh covmesh = load_covmesh(in, repair, console);
-  require_faces_for(options.subdivide.scheme, covmesh, in);
+  const CovMesh covmesh = rules.over(load_covmesh(in, repair, console), in);
   const RunContext context = console.context();
   ErrorReport report;
   std::optional<PreparedCloud> cloud;

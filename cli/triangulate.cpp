@@ -14,8 +14,11 @@ ExitCode run_triangulate(Arguments& arguments) {
   arguments.positional("MIXTURE", in, "mixture (ply; - is standard input)");
   arguments.positional("OUT", out, "covariance mesh (ply; - is standard output)");
   bind_triangulate(arguments, options);
+  GivenRules rules;
+  rules.bind(arguments, options.triangulate.rules);
   bind_encoding(arguments, encoding);
   const GlobalOptions globals = arguments.parse();
+  options.triangulate.rules = rules.over(options.triangulate.rules);
   options.check();
   Outputs outputs(globals, {in});
   outputs.plan(out);

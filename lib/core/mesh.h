@@ -3,6 +3,7 @@
 #include <gpsrecon/core/frame.h>
 #include <gpsrecon/core/mixture.h>
 #include <gpsrecon/core/point_cloud.h>
+#include <gpsrecon/core/surface_rules.h>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -53,11 +54,17 @@ struct Mesh {
   Frame frame;
 };
 
-/// A covariance mesh (Preiner et al. 2019, section 3): a polygon mesh whose vertices are the components of a mixture.
+/// A covariance mesh (Preiner et al. 2019, section 3): a polygon mesh whose vertices are the components of a mixture,
+/// and the rules by which it stands for a smooth surface.
 struct CovMesh {
   Mixture vertices;
   FaceList faces;
+  SurfaceRules rules = {};
 };
+
+/// The rules of a control mesh of which nothing else is known: Loop's scheme for triangles, Catmull and Clark's for
+/// other polygons. O(faces).
+SurfaceRules rules_for(const FaceList& faces);
 
 /// Throws InvariantError unless every face has three corners or more, all different and below vertex_count.
 void validate(const FaceList& faces, std::size_t vertex_count);
@@ -67,7 +74,7 @@ void validate(const FaceList& faces, std::size_t vertex_count);
 void validate(const Mesh& mesh);
 
 /// As above, and: the vertices form a valid mixture, and the faces are edge-manifold, vertex-manifold and consistently
-/// oriented. Boundaries and several components are allowed. O(n).
+/// oriented, and triangles if the scheme is Loop's. Boundaries and several components are allowed. O(n).
 void validate(const CovMesh& mesh);
 
 }  // namespace gpsrecon

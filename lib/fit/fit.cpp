@@ -224,7 +224,9 @@ std::size_t Fitting::step(CovMesh& mesh, const LimitSurface& surface, const Cont
 /// Evidence there is with Scheme::loop only.
 std::vector<double> Fitting::round(Fit& fit, const Connectivity& topology, int steps, Scheme scheme) {
   CovMesh& mesh = fit.mesh;
-  const LimitSurface surface(mesh.faces, mesh.vertices.size(), options.level, {.scheme = scheme}, context);
+  SurfaceRules rules = mesh.rules;
+  rules.scheme = scheme;
+  const LimitSurface surface(mesh.faces, mesh.vertices.size(), options.level, rules, context);
   const SampleGraph graph = sample_graph(surface);
   const Rim rim = find_rim(surface);
   const ControlEdges edges = control_edges(topology);
@@ -303,11 +305,11 @@ Fit fit(CovMesh mesh, const PointCloud& cloud, const FitOptions& options, const 
     coarser = std::move(result.mesh);
     result.mesh = split_edges(coarser, topology, split, context);
   }
-  const bool other_scheme = options.scheme != Scheme::loop;
+  const bool other_scheme = result.mesh.rules.scheme != Scheme::loop;
   if (result.held_out_points > 0 || other_scheme) {
     fitting.held_out.assign(cloud.size(), 0);
     fitting.round(result, triangle_connectivity(result.mesh.faces, result.mesh.vertices.size()),
-                  other_scheme ? options.steps : std::min(options.steps, steps_on_all), options.scheme);
+                  other_scheme ? options.steps : std::min(options.steps, steps_on_all), result.mesh.rules.scheme);
   }
   context.progress("fit", 1);
   return result;

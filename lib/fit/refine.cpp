@@ -168,7 +168,7 @@ CovMesh split_edges(const CovMesh& mesh, const Connectivity& topology, std::vect
   const std::vector<Index> longest = longest_half_edges(mesh, topology);
   mark_longest_edges(topology, longest, all_faces(mesh), marked);
 
-  const StencilTable step = loop_stencils(topology, LoopWeights::loop, CornerRule::smooth, context);
+  const StencilTable step = loop_stencils(topology, mesh.rules.weights, mesh.rules.corners, context);
   std::vector<DualPoint> dual(n);
   parallel_for(n, context, [&](std::size_t i) { dual[i] = to_dual(mesh.vertices.component(i)); });
   const auto refined = [&](std::size_t row) { return from_dual(apply_row<DualPoint>(step.row(row), dual)); };
@@ -182,6 +182,7 @@ CovMesh split_edges(const CovMesh& mesh, const Connectivity& topology, std::vect
     origin.push_back(topology.source(topology.edge_start[e]));
   }
   CovMesh fine;
+  fine.rules = mesh.rules;
   fine.vertices = select(mesh.vertices, origin);
   parallel_for(n, context, [&](std::size_t v) {
     const double share = marked_share(topology, static_cast<Index>(v), marked);

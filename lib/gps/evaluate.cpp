@@ -124,8 +124,8 @@ std::vector<DualPoint> dual_points(const Mixture& control, const Normalization& 
   return dual;
 }
 
-SurfaceEvaluator::Data::Data(const CovMesh& mesh, const EvaluateOptions& options, const RunContext& context)
-    : table(mesh.faces, mesh.vertices.size(), options, context),
+SurfaceEvaluator::Data::Data(const CovMesh& mesh, const RunContext& context)
+    : table(mesh.faces, mesh.vertices.size(), mesh.rules, context),
       face_sizes(mesh.faces),
       normal_form(normalization(mesh.vertices)) {
   const std::vector<DualPoint> base =
@@ -178,9 +178,9 @@ Curvature SurfaceEvaluator::Data::curvature_at(const SurfaceParameter& place, Wo
   return result;
 }
 
-SurfaceEvaluator::SurfaceEvaluator(const CovMesh& mesh, const EvaluateOptions& options, const RunContext& context) {
+SurfaceEvaluator::SurfaceEvaluator(const CovMesh& mesh, const RunContext& context) {
   validate(mesh);
-  data_ = std::make_shared<const Data>(mesh, options, context);
+  data_ = std::make_shared<const Data>(mesh, context);
 }
 
 std::size_t SurfaceEvaluator::patch_count() const {

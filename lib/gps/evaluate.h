@@ -10,12 +10,6 @@
 
 namespace gpsrecon {
 
-struct EvaluateOptions {
-  Scheme scheme = Scheme::loop;
-  LoopWeights weights = LoopWeights::loop;
-  CornerRule corners = CornerRule::smooth;
-};
-
 /// A place on a limit surface. Scheme::loop: patch f is face f with corners a, b, c, and (u, v) stands for the
 /// barycentric coordinates 1 - u - v, u, v; u, v >= 0, u + v <= 1. Scheme::catmull_clark: patch first_patch(f) is face
 /// f with corners a, b, c, d at (0,0), (1,0), (1,1), (0,1), if it has four corners; a face of n != 4 corners has n
@@ -66,7 +60,7 @@ class SurfaceEvaluator {
  public:
   /// Makes a table of about 60 numbers per face. Throws InvariantError if the mesh is not a valid covariance mesh, or
   /// not triangular with Scheme::loop. O(n).
-  explicit SurfaceEvaluator(const CovMesh& mesh, const EvaluateOptions& options = {}, const RunContext& context = {});
+  explicit SurfaceEvaluator(const CovMesh& mesh, const RunContext& context = {});
 
   std::size_t patch_count() const;
   /// Precondition: face is one of the mesh.

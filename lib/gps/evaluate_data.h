@@ -24,7 +24,7 @@ std::vector<DualPoint> dual_points(const Mixture& control, const Normalization& 
 inline constexpr std::size_t evaluation_block = 512;
 
 struct SurfaceEvaluator::Data {
-  Data(const CovMesh& mesh, const EvaluateOptions& options, const RunContext& context);
+  Data(const CovMesh& mesh, const RunContext& context);
 
   Vec3 position(const SurfaceParameter& place, PatchTable::Workspace<DualPoint>& work) const {
     return DualMap(table.value<DualPoint>(points, place, work)).mean() + normal_form.center;

@@ -200,6 +200,7 @@ Inference infer_covariances(const Mesh& mesh, const InferOptions& options, const
   vertices.scalars = mesh.scalars;
   vertices.frame = mesh.frame;
   result.mesh.faces = mesh.faces;
+  result.mesh.rules = rules_for(mesh.faces);
   validate(result.mesh);
   return result;
 }

@@ -25,8 +25,8 @@ struct InferOptions {
 
 /// A covariance mesh inferred from an ordinary one, and what could not be used for it.
 struct Inference {
-  CovMesh mesh;                                   ///< same vertices, colours, scalars and faces; weights 1, σ0 = 0
-  std::size_t degenerate_faces = 0;               ///< faces without area: they stay, but say nothing about covariances
+  CovMesh mesh;                      ///< same vertices, colours, scalars and faces; weights 1, σ0 = 0; rules_for()
+  std::size_t degenerate_faces = 0;  ///< faces without area: they stay, but say nothing about covariances
   std::size_t vertices_without_neighborhood = 0;  ///< used by no (other than degenerate) face: given the mean precision
                                                   ///< of their neighbours, ring by ring, or where there are none the
                                                   ///< median trace of all others, isotropic

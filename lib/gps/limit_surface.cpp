@@ -6,7 +6,7 @@
 
 namespace gpsrecon {
 
-LimitSurface::LimitSurface(const FaceList& faces, std::size_t control_count, int levels, const EvaluateOptions& rules,
+LimitSurface::LimitSurface(const FaceList& faces, std::size_t control_count, int levels, const SurfaceRules& rules,
                            const RunContext& context)
     : control_count_(control_count) {
   check_levels(faces, levels, rules);

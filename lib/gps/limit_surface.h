@@ -27,7 +27,7 @@ class LimitSurface {
   /// faces quadrilaterals. Throws InvariantError for other faces; OptionError if the level has more faces than indices
   /// can count, or is 0 for Scheme::catmull_clark and faces of other than four corners, whose limit positions have no
   /// masks.
-  LimitSurface(const FaceList& faces, std::size_t control_count, int levels, const EvaluateOptions& rules = {},
+  LimitSurface(const FaceList& faces, std::size_t control_count, int levels, const SurfaceRules& rules = {},
                const RunContext& context = {});
 
   std::size_t control_count() const { return control_count_; }

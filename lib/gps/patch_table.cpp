@@ -10,11 +10,11 @@ class PatchTable::Builder {
  public:
   /// `corners` and `opposite` per half-edge of the refined mesh, whose faces all have three or all have four.
   Builder(PatchTable& table, const std::vector<Index>& corners, const std::vector<Index>& opposite,
-          const EvaluateOptions& options)
+          const SurfaceRules& rules)
       : table_(table),
         corners_(corners),
         opposite_(opposite),
-        options_(options),
+        rules_(rules),
         start_(table.to_points_.new_vertices(), no_index),
         count_(table.to_points_.new_vertices(), 0),
         ring_(table.base_count_, no_index),
@@ -42,7 +42,7 @@ class PatchTable::Builder {
       around[v].push_back(f);
       const Fan fan = fan_at(h);
       table_.leaves_.push_back({static_cast<std::uint32_t>(table_.indices_.size()), kind_of(fan)});
-      table_.largest_ring_ = std::max(table_.largest_ring_, detail::ring_size(options_.scheme, fan));
+      table_.largest_ring_ = std::max(table_.largest_ring_, detail::ring_size(rules_.scheme, fan));
       add(ring_[v]);
       loop() ? add_outer_triangle(fan, h) : add_outer_quad(fan, h);
     }
@@ -54,7 +54,7 @@ class PatchTable::Builder {
   }
 
  private:
-  bool loop() const { return options_.scheme == Scheme::loop; }
+  bool loop() const { return rules_.scheme == Scheme::loop; }
   Index size() const { return loop() ? 3 : 4; }
   Index next(Index h) const { return h % size() + 1 == size() ? h + 1 - size() : h + 1; }
   Index previous(Index h) const { return h % size() == 0 ? h + size() - 1 : h - 1; }
@@ -66,14 +66,14 @@ class PatchTable::Builder {
   bool regular(Index v) const {
     const Index n = count_[v];
     if (!on_boundary(v)) return n == (loop() ? 6 : 4);
-    return n == (loop() ? 3 : 2) || (!loop() && n == 1 && options_.corners == CornerRule::sharp);
+    return n == (loop() ? 3 : 2) || (!loop() && n == 1 && rules_.corners == CornerRule::sharp);
   }
 
   Fan fan_at(Index h) const {
     const Index v = source(h);
     Fan fan{.faces = count_[v], .boundary = on_boundary(v), .at = at_[h / size()]};
-    fan.sharp = fan.boundary && fan.faces == 1 && options_.corners == CornerRule::sharp;
-    if (!fan.boundary && loop()) fan.beta = loop_beta(options_.weights, fan.faces);
+    fan.sharp = fan.boundary && fan.faces == 1 && rules_.corners == CornerRule::sharp;
+    if (!fan.boundary && loop()) fan.beta = loop_beta(rules_.weights, fan.faces);
     return fan;
   }
 
@@ -218,23 +218,23 @@ class PatchTable::Builder {
 
   PatchTable& table_;
   const std::vector<Index>&corners_, &opposite_;
-  const EvaluateOptions& options_;
+  const SurfaceRules& rules_;
   std::vector<Index> start_, count_;
   std::vector<Index> ring_;  ///< per vertex of the base mesh: where its ring begins
   std::vector<Index> at_;    ///< per leaf: its number around its vertex
   std::map<std::tuple<Index, bool, Index>, std::size_t> kinds_;
 };
 
-PatchTable::PatchTable(const FaceList& faces, std::size_t vertex_count, const EvaluateOptions& options,
+PatchTable::PatchTable(const FaceList& faces, std::size_t vertex_count, const SurfaceRules& rules,
                        const RunContext& context)
-    : scheme_(options.scheme), control_count_(vertex_count), base_count_(vertex_count) {
+    : scheme_(rules.scheme), control_count_(vertex_count), base_count_(vertex_count) {
   if (scheme_ == Scheme::loop) {
     const Connectivity topology = triangle_connectivity(faces, vertex_count);
-    base_limit_ = limit_table(topology, options.weights, options.corners, context);
-    to_points_ = tabulate(LoopScheme::step(topology, options), context);
+    base_limit_ = limit_table(topology, rules.weights, rules.corners, context);
+    to_points_ = tabulate(LoopScheme::step(topology, rules), context);
     const Connectivity fine = refine_triangles(topology, context);
     patch_count_ = faces.size();
-    Builder(*this, fine.corners, fine.opposite, options).build();
+    Builder(*this, fine.corners, fine.opposite, rules).build();
   } else {
     Connectivity base = manifold_connectivity(faces, vertex_count, "subdivision");
     if (faces.all_of_size(4)) {
@@ -250,14 +250,14 @@ PatchTable::PatchTable(const FaceList& faces, std::size_t vertex_count, const Ev
         }
       }
       patch_count_ = base_of_patch_.size();
-      to_base_ = tabulate(CatmullClarkScheme::step(base, options), context);
+      to_base_ = tabulate(CatmullClarkScheme::step(base, rules), context);
       base = refine_to_quads(base, context);
       base_count_ = base.vertex_count;
     }
-    base_limit_ = tabulate(CatmullClarkScheme::limit(base, options, false), context);
-    to_points_ = tabulate(CatmullClarkScheme::step(base, options), context);
+    base_limit_ = tabulate(CatmullClarkScheme::limit(base, rules, false), context);
+    to_points_ = tabulate(CatmullClarkScheme::step(base, rules), context);
     const Connectivity fine = refine_to_quads(base, context);
-    Builder(*this, fine.corners, fine.opposite, options).build();
+    Builder(*this, fine.corners, fine.opposite, rules).build();
   }
 }
 

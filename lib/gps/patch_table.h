@@ -36,7 +36,7 @@ struct Fan {
 class PatchTable {
  public:
   /// Throws InvariantError as triangle_connectivity.
-  PatchTable(const FaceList& faces, std::size_t vertex_count, const EvaluateOptions& options,
+  PatchTable(const FaceList& faces, std::size_t vertex_count, const SurfaceRules& rules,
              const RunContext& context = {});
 
   std::size_t control_count() const { return control_count_; }

@@ -6,7 +6,7 @@
 
 namespace gpsrecon {
 
-void check_levels(const FaceList& faces, int levels, const EvaluateOptions& rules) {
+void check_levels(const FaceList& faces, int levels, const SurfaceRules& rules) {
   if (levels < 0) throw OptionError("levels: " + std::to_string(levels) + " is negative");
   const bool quads = rules.scheme == Scheme::catmull_clark;
   if (levels == 0 && quads && !faces.all_of_size(4))

@@ -34,10 +34,10 @@ struct LoopScheme {
   static FaceList refined_faces(const Connectivity& parent, const RunContext& context) {
     return refined_triangles(parent, context);
   }
-  static RefinementStep<NoRows, LoopRows> step(const Connectivity& connectivity, const EvaluateOptions& rules) {
+  static RefinementStep<NoRows, LoopRows> step(const Connectivity& connectivity, const SurfaceRules& rules) {
     return {{connectivity.vertex_count, {}}, {connectivity, rules.weights, rules.corners}};
   }
-  static LoopLimitRows limit(const Connectivity& connectivity, const EvaluateOptions& rules, bool refined) {
+  static LoopLimitRows limit(const Connectivity& connectivity, const SurfaceRules& rules, bool refined) {
     return {connectivity, rules.weights, rules.corners, refined};
   }
 };
@@ -53,10 +53,10 @@ struct CatmullClarkScheme {
     return refined_quads(parent, context);
   }
   static RefinementStep<CatmullClarkFaceRows, CatmullClarkRows> step(const Connectivity& connectivity,
-                                                                     const EvaluateOptions& rules) {
+                                                                     const SurfaceRules& rules) {
     return {CatmullClarkFaceRows(connectivity), {connectivity, rules.corners}};
   }
-  static CatmullClarkLimitRows limit(const Connectivity& connectivity, const EvaluateOptions& rules, bool refined) {
+  static CatmullClarkLimitRows limit(const Connectivity& connectivity, const SurfaceRules& rules, bool refined) {
     return {connectivity, rules.corners, refined};
   }
 };
@@ -74,7 +74,7 @@ template <class Scheme>
 class RefinementLevels {
  public:
   /// Throws InvariantError as Scheme::connect. Precondition: levels >= 0.
-  RefinementLevels(const FaceList& faces, std::size_t control_count, int levels, const EvaluateOptions& rules,
+  RefinementLevels(const FaceList& faces, std::size_t control_count, int levels, const SurfaceRules& rules,
                    const RunContext& context)
       : control_faces_(faces), levels_(static_cast<std::size_t>(levels)), rules_(rules) {
     above_.push_back(Scheme::connect(faces, control_count));
@@ -108,12 +108,12 @@ class RefinementLevels {
  private:
   const FaceList& control_faces_;
   std::size_t levels_;
-  EvaluateOptions rules_;
+  SurfaceRules rules_;
   std::vector<Connectivity> above_;  ///< the levels above the last, at least the control mesh
 };
 
 /// Throws OptionError if a level is negative, has more faces than indices can count, or is 0 for
 /// Scheme::catmull_clark and faces of other than four corners, whose limit positions have no masks.
-void check_levels(const FaceList& faces, int levels, const EvaluateOptions& rules);
+void check_levels(const FaceList& faces, int levels, const SurfaceRules& rules);
 
 }  // namespace gpsrecon

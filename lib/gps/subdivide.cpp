@@ -19,10 +19,6 @@ namespace {
 /// Control edges are halved this often by a tolerance, at most: three times more than by the largest number of levels.
 constexpr int max_halvings = 11;
 
-EvaluateOptions evaluation(const SubdivideOptions& options) {
-  return {.scheme = options.scheme, .weights = options.weights, .corners = options.corners};
-}
-
 void add_scalar(Mesh& mesh, const char* name, std::vector<double> values) {
   mesh.scalars.push_back({name, std::move(values), ScalarKind::quantity});
 }
@@ -65,7 +61,7 @@ void add_curvatures(const SurfaceEvaluator& surface, const std::vector<SurfacePa
 }
 
 Mesh subdivide_to_tolerance(const CovMesh& mesh, const SubdivideOptions& options, const RunContext& context) {
-  const SurfaceEvaluator surface(mesh, evaluation(options), context);
+  const SurfaceEvaluator surface(mesh, context);
   Tessellation result = tessellate(surface, mesh, options.tolerance, max_halvings, context);
   context.progress("subdivide", 0.8);
   if (result.unresolved > 0)
@@ -108,9 +104,8 @@ Mesh subdivide_to_tolerance(const CovMesh& mesh, const SubdivideOptions& options
 
 template <class Scheme>
 Mesh subdivide_uniformly(const CovMesh& mesh, const SubdivideOptions& options, const RunContext& context) {
-  const EvaluateOptions rules = evaluation(options);
-  check_levels(mesh.faces, options.levels, rules);
-  const RefinementLevels<Scheme> levels(mesh.faces, mesh.vertices.size(), options.levels, rules, context);
+  check_levels(mesh.faces, options.levels, mesh.rules);
+  const RefinementLevels<Scheme> levels(mesh.faces, mesh.vertices.size(), options.levels, mesh.rules, context);
   context.progress("subdivide", 0.3);
   Mesh refined;
   refined.faces = levels.faces(context);
@@ -126,8 +121,8 @@ Mesh subdivide_uniformly(const CovMesh& mesh, const SubdivideOptions& options, c
   if (options.attributes) interpolate_attributes(levels, mesh.vertices, refined, context);
   if (options.curvature) {
     const std::vector<SurfaceParameter> places =
-        refined_parameters(mesh.faces, refined.faces, refined.positions.size(), options.levels, rules.scheme);
-    add_curvatures(SurfaceEvaluator(mesh, rules, context), places, refined, context);
+        refined_parameters(mesh.faces, refined.faces, refined.positions.size(), options.levels, mesh.rules.scheme);
+    add_curvatures(SurfaceEvaluator(mesh, context), places, refined, context);
   }
   return refined;
 }
@@ -147,9 +142,9 @@ Mesh subdivide(const CovMesh& mesh, const SubdivideOptions& options, const RunCo
   // That the faces are manifold is found when they are refined.
   validate(mesh.vertices);
   validate(mesh.faces, mesh.vertices.size());
-  const auto refine_mesh = options.tolerance > 0            ? subdivide_to_tolerance
-                           : options.scheme == Scheme::loop ? subdivide_uniformly<LoopScheme>
-                                                            : subdivide_uniformly<CatmullClarkScheme>;
+  const auto refine_mesh = options.tolerance > 0               ? subdivide_to_tolerance
+                           : mesh.rules.scheme == Scheme::loop ? subdivide_uniformly<LoopScheme>
+                                                               : subdivide_uniformly<CatmullClarkScheme>;
   Mesh refined = refine_mesh(mesh, options, context);
   context.progress("subdivide", 1);
   return refined;

@@ -5,31 +5,12 @@
 
 namespace gpsrecon {
 
-enum class Scheme {
-  loop,           ///< Loop 1987; triangles
-  catmull_clark,  ///< Catmull and Clark 1978; polygons
-};
-
-enum class LoopWeights {
-  loop,    ///< β = (5/8 - (3/8 + cos(2π/n)/4)²)/n, Loop 1987
-  warren,  ///< β = 3/16 for n = 3, 3/(8n) otherwise; refinement and masks only
-};
-
-/// What to do with boundary vertices of a single face.
-enum class CornerRule {
-  smooth,  ///< like any boundary vertex
-  sharp,   ///< kept
-};
-
 struct SubdivideOptions {
-  Scheme scheme = Scheme::loop;
   /// Number of refinement steps. Range: [0, 8].
   int levels = 2;
   /// Push the vertices of the last level to their limit positions and give limit normals; otherwise the vertices of the
   /// last level themselves, with normals of the same limit surface.
   bool limit = true;
-  LoopWeights weights = LoopWeights::loop;
-  CornerRule corners = CornerRule::smooth;
   /// Instead of `levels` everywhere, split faces until the mesh is nowhere farther from the limit surface than this, in
   /// units of the control means; faces become triangles. Needs limit. Range: > 0; 0 = levels.
   double tolerance = 0;
@@ -47,7 +28,7 @@ struct SubdivideOptions {
   void check() const;
 };
 
-/// Gaussian-product subdivision of a covariance mesh, of triangles with Scheme::loop: linear refinement of the dual
+/// Gaussian-product subdivision of a covariance mesh by its own rules: linear refinement of the dual
 /// points q = (vech Σ⁻¹, Σ⁻¹μ) in R⁹, mapped back by μ = [q̂]⁻¹ q̄ (Preiner et al. 2019, section 4, Eq. 11-13). The
 /// result has positions, unit normals (appendix B) and `sigma` = sqrt(max(0, nᵀΣn - σ0²)) per vertex, in the frame of
 /// the input, and the colours and scalars of the control vertices: averages by weights of the limit position times

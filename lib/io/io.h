@@ -36,6 +36,7 @@ PointCloud read_points(const std::string& path);
 /// PLY with columns x y z covxx covxy covxz covyy covyz covzz, optionally weight (else 1) and nvx nvy nvz, of an
 /// element `vertex` or `component`. The result is valid; InputError also if it would not be.
 Mixture read_mixture(const std::string& path);
+/// The rules of the surface are those of the file, or, where it tells none, rules_for() its faces.
 /// With manifold = false nothing is promised of the faces: what repair_topology is to mend.
 CovMesh read_covmesh(const std::string& path, bool manifold = true);
 

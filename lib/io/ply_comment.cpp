@@ -1,5 +1,6 @@
 #include "ply_comment.h"
 
+#include <array>
 #include <charconv>
 #include <cmath>
 
@@ -12,6 +13,27 @@ namespace {
 std::string exact(double value) {
   char buffer[32];
   return {buffer, std::to_chars(buffer, buffer + sizeof(buffer), value).ptr};
+}
+
+template <class T>
+using Words = std::array<std::pair<std::string_view, T>, 2>;
+constexpr Words<Scheme> schemes{{{"loop", Scheme::loop}, {"catmull-clark", Scheme::catmull_clark}}};
+constexpr Words<LoopWeights> loop_weights{{{"loop", LoopWeights::loop}, {"warren", LoopWeights::warren}}};
+constexpr Words<CornerRule> corner_rules{{{"smooth", CornerRule::smooth}, {"sharp", CornerRule::sharp}}};
+
+template <class T>
+std::string word_of(const Words<T>& words, T value) {
+  return std::string(words[0].second == value ? words[0].first : words[1].first);
+}
+
+/// False if the next field is none of the words.
+template <class T>
+bool read_word(FieldReader& fields, const Words<T>& words, T& value) {
+  std::string_view field;
+  if (!fields.next(field)) return false;
+  for (const auto& [word, meant] : words)
+    if (word == field) return value = meant, true;
+  return false;
 }
 
 /// True if the comment is one of this program about `subject`; the fields after that word are still to be read.
@@ -47,6 +69,33 @@ std::vector<std::string> find_label_comment(const PlyHeader& header) {
     for (std::string_view column; fields.next(column);) columns.emplace_back(column);
   }
   return columns;
+}
+
+std::string rules_comment(const SurfaceRules& rules) {
+  return version_comment() + " scheme " + word_of(schemes, rules.scheme) + " weights " +
+         word_of(loop_weights, rules.weights) + " corners " + word_of(corner_rules, rules.corners);
+}
+
+std::optional<SurfaceRules> find_rules_comment(const InputFile& file, const PlyHeader& header) {
+  for (const std::string& comment : header.comments) {
+    FieldReader fields(comment);
+    if (!is_about(fields, "scheme")) continue;
+    SurfaceRules rules;
+    const auto subject = [&fields](std::string_view expected) {
+      std::string_view word;
+      return fields.next(word) && word == expected;
+    };
+    if (!(read_word(fields, schemes, rules.scheme) && subject("weights") &&
+          read_word(fields, loop_weights, rules.weights) && subject("corners") &&
+          read_word(fields, corner_rules, rules.corners)))
+      file.fail(
+          "expected the comment 'gpsrecon VERSION scheme loop|catmull-clark weights loop|warren corners smooth|sharp' "
+          "in "
+          "the header, found " +
+          quote(comment));
+    return rules;
+  }
+  return std::nullopt;
 }
 
 FrameComment find_frame_comment(const InputFile& file, const PlyHeader& header) {

@@ -179,8 +179,7 @@ bool has_covariances(const PlyElement* element) {
 }
 
 // Reads the Gaussians, and the faces if `faces` is not null.
-Mixture read_gaussians(const InputFile& file, FaceList* faces) {
-  const PlyHeader header = read_ply_header(file);
+Mixture read_gaussians(const InputFile& file, const PlyHeader& header, FaceList* faces) {
   const PlyElement& element = vertices_of(file, header);
   if (!has_covariances(&element))
     file.fail("expected properties x y z covxx covxy covxz covyy covyz covzz of element " + quote(element.name));
@@ -267,12 +266,14 @@ Mesh read_ply_mesh(const InputFile& file) {
 }
 
 Mixture read_ply_mixture(const InputFile& file) {
-  return validated(file, read_gaussians(file, nullptr));
+  return validated(file, read_gaussians(file, read_ply_header(file), nullptr));
 }
 
 CovMesh read_ply_covmesh(const InputFile& file, bool manifold) {
+  const PlyHeader header = read_ply_header(file);
   CovMesh mesh;
-  mesh.vertices = read_gaussians(file, &mesh.faces);
+  mesh.vertices = read_gaussians(file, header, &mesh.faces);
+  mesh.rules = find_rules_comment(file, header).value_or(rules_for(mesh.faces));
   if (manifold) return validated(file, std::move(mesh));
   mesh.vertices = validated(file, std::move(mesh.vertices));
   return mesh;

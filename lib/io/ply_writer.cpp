@@ -208,7 +208,8 @@ std::vector<Column> gaussian_columns(const MixtureRows& rows) {
   return columns;
 }
 
-void write_gaussians(const Mixture& mixture, const FaceList* faces, const std::string& path, PlyEncoding encoding) {
+/// `mesh` is null for a mixture without faces.
+void write_gaussians(const Mixture& mixture, const CovMesh* mesh, const std::string& path, PlyEncoding encoding) {
   const MixtureRows rows = to_rows(mixture);
   const double world_sigma0 = std::ldexp(mixture.sigma0, mixture.frame.exponent);
   const double world_spacing = std::ldexp(mixture.spacing, mixture.frame.exponent);
@@ -221,7 +222,8 @@ void write_gaussians(const Mixture& mixture, const FaceList* faces, const std::s
   }
   std::vector<std::string> comments{frame_comment({mixture.frame, world_sigma0, world_spacing})};
   if (!labels.empty()) comments.push_back(label_comment(labels));
-  write_file(path, encoding, comments, mixture.size(), columns, faces);
+  if (mesh != nullptr) comments.push_back(rules_comment(mesh->rules));
+  write_file(path, encoding, comments, mixture.size(), columns, mesh != nullptr ? &mesh->faces : nullptr);
 }
 
 }  // namespace
@@ -243,7 +245,7 @@ void write_ply(const Mixture& mixture, const std::string& path, PlyEncoding enco
 }
 
 void write_ply(const CovMesh& mesh, const std::string& path, PlyEncoding encoding) {
-  write_gaussians(mesh.vertices, &mesh.faces, path, encoding);
+  write_gaussians(mesh.vertices, &mesh, path, encoding);
 }
 
 void write_ply(const Mesh& mesh, const std::string& path, PlyEncoding encoding) {

@@ -98,8 +98,9 @@ double edge_target(const CovMesh& mesh) {
 }
 
 /// A Catmull-Clark surface shows its quadrilaterals from the first level on.
-int automatic_level(const CovMesh& mesh, Scheme scheme) {
-  return std::max(level_for_edge_length(mesh, edge_target(mesh)), scheme == Scheme::catmull_clark ? 1 : 0);
+int automatic_level(const CovMesh& mesh) {
+  const int lowest = mesh.rules.scheme == Scheme::catmull_clark ? 1 : 0;
+  return std::max(level_for_edge_length(mesh, edge_target(mesh)), lowest);
 }
 
 /// Subdivision, and what is known of the result without points (null if there are none).
@@ -321,7 +322,7 @@ Mesh subdivide_stage(const CovMesh& mesh, const ReconstructOptions& options, con
   if (adaptive)
     subdivision.tolerance = options.tolerance_rel * report.diagonal / mesh.vertices.frame.scale();
   else
-    subdivision.levels = options.levels >= 0 ? options.levels : automatic_level(mesh, subdivision.scheme);
+    subdivision.levels = options.levels >= 0 ? options.levels : automatic_level(mesh);
   Mesh refined = subdivide(mesh, subdivision, context);
   report.mesh = measure_mesh(refined, context, options.self_intersections);
   if (!adaptive) report.mesh->level = subdivision.levels;

@@ -100,6 +100,7 @@ Triangulation triangulate(const Mixture& mixture, const TriangulateOptions& opti
   result.closed_pinholes = close_pinholes(surface, mixture, graph, sheets, options);
   result.flipped_edges = flip_edges(surface, graph, options);
   CovMesh& mesh = result.mesh;
+  mesh.rules = options.rules;
   mesh.faces = surface.faces();
   if (mesh.faces.empty())
     throw NoSurfaceError("no three of the " + std::to_string(mixture.size()) +

@@ -49,6 +49,8 @@ struct TriangulateOptions {
   /// With HolePolicy::fill the length of the longest loop that is filled in any case, as a share of the diagonal of the
   /// box around the vertices. Range: >= 0, finite.
   double fill_length_rel = 0;
+  /// The rules of the surface that the mesh stands for. The mesh itself does not depend on them.
+  SurfaceRules rules = {};
   /// Where the sensor stood, in the units of the means: open components are turned towards it.
   std::optional<Vec3> sensor = std::nullopt;
   /// Called from time to time with the faces so far (indices into the input mixture). May be empty.

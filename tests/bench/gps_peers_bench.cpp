@@ -41,11 +41,12 @@ void set_rate(benchmark::State& state, std::size_t vertices) {
 }
 
 void refine_gaussians(benchmark::State& state, Scheme scheme) {
-  const CovMesh mesh = infer_covariances(control()).mesh;
+  CovMesh mesh = infer_covariances(control()).mesh;
+  mesh.rules.scheme = scheme;
   RunContext context;
   context.threads = static_cast<int>(state.range(0));
   std::size_t vertices = 0;
-  for (auto _ : state) vertices = subdivide(mesh, {.scheme = scheme, .levels = levels}, context).positions.size();
+  for (auto _ : state) vertices = subdivide(mesh, {.levels = levels}, context).positions.size();
   set_rate(state, vertices);
 }
 void gpsrecon_loop(benchmark::State& state) {

@@ -44,6 +44,68 @@ void expect_same_but_means(const CovMesh& a, const CovMesh& b) {
   EXPECT_EQ(a.vertices.frame, b.vertices.frame);
 }
 
+/// `measure` of the surface of `rules` of a mesh that was fitted as that of `fitted_by`.
+template <class Measure>
+double after_fit(const CovMesh& mesh, const PointCloud& cloud, const SurfaceRules& rules, const SurfaceRules& fitted_by,
+                 const Measure& measure) {
+  const CovMesh fitted = fit(test::with_rules(mesh, fitted_by), cloud, {.refinements = 0}).mesh;
+  EXPECT_EQ(fitted.rules, fitted_by);
+  return measure(test::with_rules(fitted, rules));
+}
+
+TEST(Fit, MovesTheSurfaceOfTheRulesOfTheMesh) {
+  const SurfaceRules loop;
+  const CovMesh sphere = sphere_mesh(2, 0.97);
+  const PointCloud cloud = sphere_cloud(4000);
+  // How far the surface lies outside or inside the sphere on the whole: the schemes shrink by different amounts.
+  const auto offset = [](const CovMesh& mesh) {
+    double sum = 0, count = 0;
+    const LimitSurface surface(mesh.faces, mesh.vertices.size(), 3, mesh.rules);
+    for (const Vec3& p : surface.evaluate(mesh.vertices).positions) sum += p.norm() - 1, ++count;
+    return std::abs(sum / count);
+  };
+  const SurfaceRules quads{.scheme = Scheme::catmull_clark};
+  const double own = after_fit(sphere, cloud, quads, quads, offset);
+  EXPECT_LT(own, 0.1 * after_fit(sphere, cloud, quads, loop, offset));
+  EXPECT_LT(own, 0.1 * after_fit(sphere, cloud, loop, quads, offset));
+  // Warren's weights differ from Loop's at the six vertices of valence four.
+  const auto offset_of_irregular = [](const CovMesh& mesh) {
+    const LimitSurface surface(mesh.faces, mesh.vertices.size(), 3, mesh.rules);
+    const SurfaceSamples samples = surface.evaluate(mesh.vertices);
+    double sum = 0;
+    for (std::size_t v = 0; v < 6; ++v) sum += std::abs(samples.positions[v].norm() - 1) / 6;
+    return sum;
+  };
+  const SurfaceRules warren{.weights = LoopWeights::warren};
+  EXPECT_LT(after_fit(sphere, cloud, warren, warren, offset_of_irregular),
+            0.9 * after_fit(sphere, cloud, warren, loop, offset_of_irregular));
+  // A shallow bowl under a sheet with two corners of a single face, which the rules keep or round off.
+  const auto bowl = [](double x, double y) { return 0.005 * (x * x + y * y); };
+  PointCloud points;
+  for (double x = -8; x <= 8; x += 0.05)
+    for (double y = -4; y <= 4; y += 0.05) points.positions.emplace_back(x, y, bowl(x, y));
+  const CovMesh sheet = test::flat_lattice(6);
+  const auto offset_of_corners = [&](const CovMesh& mesh) {
+    const LimitSurface surface(mesh.faces, mesh.vertices.size(), 2, mesh.rules);
+    const SurfaceSamples samples = surface.evaluate(mesh.vertices);
+    double largest = 0;
+    for (const Vec3& p : {samples.positions.front(), samples.positions[sheet.vertices.size() - 1]})
+      largest = std::max(largest, std::abs(p.z() - bowl(p.x(), p.y())));
+    return largest;
+  };
+  const SurfaceRules sharp{.corners = CornerRule::sharp};
+  EXPECT_LT(after_fit(sheet, points, sharp, sharp, offset_of_corners),
+            0.7 * after_fit(sheet, points, sharp, loop, offset_of_corners));
+}
+
+TEST(Fit, RefinementKeepsTheRules) {
+  CovMesh mesh = sphere_mesh(0, 0.97);
+  mesh.rules = {.scheme = Scheme::catmull_clark, .weights = LoopWeights::warren, .corners = CornerRule::sharp};
+  const Fit refined = fit(mesh, sphere_cloud(4000));
+  EXPECT_GT(refined.refinements, 0);
+  EXPECT_EQ(refined.mesh.rules, mesh.rules);
+}
+
 TEST(Fit, ReturnsTheMeshForZeroStepsAndForNoPointsAndNoFaces) {
   const CovMesh mesh = sphere_mesh(2, 0.97);
   CovMesh no_faces = mesh;

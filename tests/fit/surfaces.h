@@ -59,7 +59,7 @@ inline CovMesh flat_lattice(Index cells) {
 /// Root mean square of `distance` over the samples of the limit surface.
 template <class Distance>
 double rms_of_surface(const CovMesh& mesh, const Distance& distance) {
-  const LimitSurface surface(mesh.faces, mesh.vertices.size(), 3);
+  const LimitSurface surface(mesh.faces, mesh.vertices.size(), 3, mesh.rules);
   double sum = 0;
   const SurfaceSamples samples = surface.evaluate(mesh.vertices);
   for (const Vec3& p : samples.positions) sum += distance(p) * distance(p);

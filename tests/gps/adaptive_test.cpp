@@ -106,7 +106,7 @@ class Adaptive : public testing::TestWithParam<Case> {};
 
 TEST_P(Adaptive, StaysWithinTheToleranceAndFitsTogether) {
   const CovMesh& control = GetParam().mesh;
-  const SurfaceEvaluator surface(control, {.scheme = GetParam().scheme});
+  const SurfaceEvaluator surface(with_rules(control, {.scheme = GetParam().scheme}));
   const std::vector<Vec3> dense = dense_samples(surface, GetParam().scheme == Scheme::loop, 40);
   const Topology before = topology(control.faces, control.vertices.size());
   const double diagonal = diagonal_of(control);
@@ -139,7 +139,7 @@ TEST_P(Adaptive, DoesNotDependOnThreads) {
   RunContext one, four;
   one.threads = 1;
   four.threads = 4;
-  const SurfaceEvaluator surface(control, {.scheme = GetParam().scheme});
+  const SurfaceEvaluator surface(with_rules(control, {.scheme = GetParam().scheme}));
   const Tessellation a = tessellate(surface, control, 1e-3, 11, one), b = tessellate(surface, control, 1e-3, 11, four);
   EXPECT_EQ(a.faces, b.faces);
   EXPECT_EQ(a.positions, b.positions);

@@ -65,7 +65,7 @@ TEST(SubdivideAttributes, NothingLeavesItsRange) {
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
     mesh.vertices.colors.push_back({static_cast<std::uint8_t>(100 + random.below(50)), 0, 255});
   for (const LoopWeights weights : {LoopWeights::loop, LoopWeights::warren})
-    for (const Color& color : subdivide(mesh, {.levels = 3, .weights = weights}).colors) {
+    for (const Color& color : subdivide(with_rules(mesh, {.weights = weights}), {.levels = 3}).colors) {
       ASSERT_GE(color[0], 100);
       ASSERT_LE(color[0], 149);
       ASSERT_EQ(color[1], 0);

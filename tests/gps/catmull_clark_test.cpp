@@ -18,10 +18,10 @@
 namespace gpsrecon::test {
 namespace {
 
-constexpr EvaluateOptions catmull_clark{.scheme = Scheme::catmull_clark};
+constexpr SurfaceRules catmull_clark{.scheme = Scheme::catmull_clark};
 
 Mesh refined(const CovMesh& mesh, int levels, bool limit = true, const RunContext& context = {}) {
-  return subdivide(mesh, {.scheme = Scheme::catmull_clark, .levels = levels, .limit = limit}, context);
+  return subdivide(with_rules(mesh, catmull_clark), {.levels = levels, .limit = limit}, context);
 }
 
 TEST(PolygonRefinement, RefinesInClosedFormAsBySorting) {
@@ -76,7 +76,7 @@ std::vector<std::string> texts(const Rows& rows) {
 /// The limits at the vertices of a refinement without making it, against those at the vertices of the one made.
 TEST(LimitRows, OfARefinementAreThoseOfItsConnectivity) {
   for (const CornerRule corners : {CornerRule::smooth, CornerRule::sharp}) {
-    const EvaluateOptions rules{.corners = corners};
+    const SurfaceRules rules{.corners = corners};
     for (const auto& [name, mesh] : polygon_shapes()) {
       SCOPED_TRACE(name);
       const Connectivity parent = manifold_connectivity(mesh.faces, mesh.positions.size());
@@ -97,7 +97,7 @@ TEST(LimitSurface, IsWhatSubdivideGives) {
     for (const int levels : {0, 1, 3}) {
       const Mesh mesh = scheme == Scheme::loop ? with_holes(irregular_sphere(4), 11) : shaken(quad_grid(4, 3), 9);
       const CovMesh control = with_random_covariances(mesh, 3);
-      const Mesh refined = subdivide(control, {.scheme = scheme, .levels = levels});
+      const Mesh refined = subdivide(with_rules(control, {.scheme = scheme}), {.levels = levels});
       const LimitSurface surface(mesh.faces, mesh.positions.size(), levels, {.scheme = scheme});
       const SurfaceSamples samples = surface.evaluate(control.vertices);
       EXPECT_EQ(samples.positions, refined.positions);
@@ -118,7 +118,7 @@ TEST(CatmullClark, PolygonsOfAnySizeTakeLinearRoom) {
   const Mesh fine = refined(with_equal_covariances(mesh, Sym3::identity(0.1)), 1);
   ASSERT_EQ(fine.positions.size(), 2 * n + 2);
   for (const Vec3& p : fine.positions) ASSERT_LT(p.norm(), 1.1);
-  const SurfaceEvaluator evaluator(with_equal_covariances(mesh, Sym3::identity(0.1)), catmull_clark);
+  const SurfaceEvaluator evaluator(with_rules(with_equal_covariances(mesh, Sym3::identity(0.1)), catmull_clark));
   EXPECT_LT((evaluator.evaluate({0, 1, 1}).position - fine.positions[2 * n]).norm(), 1e-12);
 }
 
@@ -136,7 +136,7 @@ TEST(CatmullClark, InteriorVerticesOfTwoFacesConverge) {
       }
       before = distance;
     }
-    const SurfaceEvaluator evaluator(control, catmull_clark);
+    const SurfaceEvaluator evaluator(with_rules(control, catmull_clark));
     EXPECT_LT((evaluator.evaluate({0, 0, 1}).position - limit).norm(), 1e-12);
   }
 }
@@ -203,9 +203,9 @@ TEST(CatmullClark, SamplesAreTheSurfaceAtTheirParameters) {
     for (const auto& [name, mesh] : polygon_shapes()) {
       SCOPED_TRACE(name);
       const CovMesh control = with_random_covariances(mesh, 6);
-      EvaluateOptions rules = catmull_clark;
+      SurfaceRules rules = catmull_clark;
       rules.corners = corners;
-      const SurfaceEvaluator evaluator(control, rules);
+      const SurfaceEvaluator evaluator(with_rules(control, rules));
       for (const int levels : {1, 3}) {
         const LimitSurface surface(mesh.faces, mesh.positions.size(), levels, rules);
         const SurfaceSamples samples = surface.evaluate(control.vertices);

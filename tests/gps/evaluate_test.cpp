@@ -22,7 +22,7 @@ using namespace test;
 struct Shape {
   std::string name;
   Mesh mesh;
-  EvaluateOptions options;
+  SurfaceRules rules;
 };
 
 void PrintTo(const Shape& shape, std::ostream* out) {
@@ -38,12 +38,12 @@ std::vector<Shape> all_shapes() {
   std::vector<Shape> shapes;
   for (const CornerRule corners : {CornerRule::smooth, CornerRule::sharp}) {
     const std::string rule = corners == CornerRule::smooth ? "_smooth" : "_sharp";
-    const EvaluateOptions options{.corners = corners}, quads{.scheme = Scheme::catmull_clark, .corners = corners};
-    shapes.push_back({"triangle" + rule, make_mesh({{0, 0, 0}, {1, 0, 0.1}, {0, 1, 0.2}}, {{0, 1, 2}}), options});
-    shapes.push_back({"grid" + rule, shaken(grid(5, 4), 6), options});
-    shapes.push_back({"strip" + rule, shaken(grid(4, 1), 7), options});
+    const SurfaceRules triangles{.corners = corners}, quads{.scheme = Scheme::catmull_clark, .corners = corners};
+    shapes.push_back({"triangle" + rule, make_mesh({{0, 0, 0}, {1, 0, 0.1}, {0, 1, 0.2}}, {{0, 1, 2}}), triangles});
+    shapes.push_back({"grid" + rule, shaken(grid(5, 4), 6), triangles});
+    shapes.push_back({"strip" + rule, shaken(grid(4, 1), 7), triangles});
     for (const Index n : {2, 3, 4, 5, 6, 7, 12})
-      shapes.push_back({"open_fan_" + std::to_string(n) + rule, fan(n, false, n), options});
+      shapes.push_back({"open_fan_" + std::to_string(n) + rule, fan(n, false, n), triangles});
     shapes.push_back({"quad" + rule, shaken(quad_grid(1, 1), 8), quads});
     shapes.push_back({"pentagon" + rule, polygons(fan(5, true, 4).positions, {{1, 2, 3, 4, 5}}), quads});
     shapes.push_back({"quad_grid" + rule, shaken(quad_grid(4, 3), 9), quads});
@@ -76,20 +76,19 @@ std::vector<Shape> all_shapes() {
 }
 
 /// Refinement and limit masks: an independent way to limit points and normals.
-Mesh by_masks(const CovMesh& control, const EvaluateOptions& options, int levels) {
-  if (options.scheme == Scheme::loop)
-    return subdivide(control, {.levels = levels, .weights = options.weights, .corners = options.corners});
+Mesh by_masks(const CovMesh& control, int levels) {
+  if (control.rules.scheme == Scheme::loop) return subdivide(control, {.levels = levels});
   Mesh refined;
   Connectivity topology = manifold_connectivity(control.faces, control.vertices.size());
   std::vector<DualPoint> dual;
   for (std::size_t v = 0; v < control.vertices.size(); ++v) dual.push_back(to_dual(control.vertices.component(v)));
   refined.faces = control.faces;
   for (int level = 0; level < levels; ++level) {
-    dual = refine_values<DualPoint>(CatmullClarkScheme::step(topology, options), dual, {});
+    dual = refine_values<DualPoint>(CatmullClarkScheme::step(topology, control.rules), dual, {});
     refined.faces = refined_quads(topology);
     topology = refine_to_quads(topology);
   }
-  const LimitTable table = tabulate(CatmullClarkScheme::limit(topology, options, false));
+  const LimitTable table = tabulate(CatmullClarkScheme::limit(topology, control.rules, false));
   for (std::size_t v = 0; v < dual.size(); ++v) {
     const DualMap map(apply_row<DualPoint>(table.row(v), dual, &LimitWeight::position));
     refined.positions.push_back(map.mean());
@@ -107,10 +106,10 @@ std::string name_of(const testing::TestParamInfo<Shape>& info) {
 class Evaluation : public testing::TestWithParam<Shape> {
  protected:
   const Mesh& mesh() const { return GetParam().mesh; }
-  const EvaluateOptions& options() const { return GetParam().options; }
-  bool triangular() const { return options().scheme == Scheme::loop; }
+  const SurfaceRules& rules() const { return GetParam().rules; }
+  bool triangular() const { return rules().scheme == Scheme::loop; }
   CovMesh control(std::uint64_t seed = 1, double low = 0.05, double high = 0.5) const {
-    return with_random_covariances(mesh(), seed, low, high);
+    return with_rules(with_random_covariances(mesh(), seed, low, high), rules());
   }
   SurfaceParameter random_place(const SurfaceEvaluator& surface, RandomSequence& random) const {
     SurfaceParameter place{static_cast<Index>(random.below(surface.patch_count())), random.uniform(0, 1),
@@ -123,14 +122,14 @@ class Evaluation : public testing::TestWithParam<Shape> {
 // The masks and the refinement are an independent way to the same points.
 TEST_P(Evaluation, AgreesWithLimitMasksOfEveryLevel) {
   const CovMesh covmesh = control();
-  const SurfaceEvaluator surface(covmesh, options());
+  const SurfaceEvaluator surface(covmesh);
   for (const int levels : {0, 1, 2, 5}) {
     if (levels == 5 && mesh().faces.size() > 64) continue;
     // The masks at the vertices of other than quadrilaterals are known after one step.
     if (levels == 0 && !triangular() && !mesh().faces.all_of_size(4)) continue;
-    const Mesh refined = by_masks(covmesh, options(), levels);
+    const Mesh refined = by_masks(covmesh, levels);
     const std::vector<SurfaceParameter> places =
-        refined_parameters(covmesh.faces, refined.faces, refined.positions.size(), levels, options().scheme);
+        refined_parameters(covmesh.faces, refined.faces, refined.positions.size(), levels, rules().scheme);
     double largest = 0, largest_turn = 0;
     for (std::size_t v = 0; v < places.size(); ++v) {
       if (places[v].patch == no_index) continue;
@@ -146,7 +145,7 @@ TEST_P(Evaluation, AgreesWithLimitMasksOfEveryLevel) {
 }
 
 TEST_P(Evaluation, DerivativesAreThoseOfCentralDifferences) {
-  const SurfaceEvaluator surface(control(), options());
+  const SurfaceEvaluator surface(control());
   RandomSequence random(9);
   int tried = 0;
   for (int trial = 0; trial < 200; ++trial) {
@@ -184,7 +183,7 @@ TEST_P(Evaluation, DerivativesAreThoseOfCentralDifferences) {
 TEST_P(Evaluation, MeetsAcrossEdges) {
   if (!triangular() && !mesh().faces.all_of_size(4)) GTEST_SKIP() << "edges of polygons are halves of two patches";
   if (GetParam().name.ends_with("pillow")) GTEST_SKIP() << "two sheets fold at their edges";
-  const SurfaceEvaluator surface(control(), options());
+  const SurfaceEvaluator surface(control());
   const Connectivity edges = manifold_connectivity(mesh().faces, mesh().positions.size());
   const int n = triangular() ? 3 : 4;
   const auto place = [&](Index h, double t) -> SurfaceParameter {
@@ -212,7 +211,7 @@ TEST_P(Evaluation, MeetsAcrossEdges) {
 }
 
 TEST_P(Evaluation, IsFiniteAndFlaggedAtIrregularVertices) {
-  const SurfaceEvaluator surface(control(), options());
+  const SurfaceEvaluator surface(control());
   for (Index patch = 0; patch < surface.patch_count(); ++patch) {
     std::vector<SurfaceParameter> places;
     for (const double distance : {0.0, 1e-300, 0x1p-60, 0x1p-51, 0x1p-49, 0x1p-30, 0x1p-10})
@@ -251,7 +250,7 @@ TEST_P(Evaluation, FollowsAffineMaps) {
     after.vertices.means[v] = map * before.vertices.means[v] + shift;
     after.vertices.covariances[v] = congruence(map, before.vertices.covariances[v]);
   }
-  const SurfaceEvaluator first(before, options()), second(after, options());
+  const SurfaceEvaluator first(before), second(after);
   RandomSequence places(13);
   for (int i = 0; i < 50; ++i) {
     const SurfaceParameter place = random_place(first, places);
@@ -266,7 +265,7 @@ TEST_P(Evaluation, FollowsAffineMaps) {
 TEST_P(Evaluation, IgnoresAGlobalFactorOfCovariances) {
   CovMesh before = control(), after = before;
   for (Sym3& c : after.vertices.covariances) c *= 1e-7;
-  const SurfaceEvaluator first(before, options()), second(after, options());
+  const SurfaceEvaluator first(before), second(after);
   RandomSequence places(14);
   for (int i = 0; i < 50; ++i) {
     const SurfaceParameter place = random_place(first, places);
@@ -279,7 +278,7 @@ TEST_P(Evaluation, IgnoresAGlobalFactorOfCovariances) {
 
 TEST_P(Evaluation, IsFiniteForNeedlesAndDiscs) {
   // The most that covariance meshes may hold.
-  const SurfaceEvaluator surface(control(21, 1.001e-12, 1), options());
+  const SurfaceEvaluator surface(control(21, 1.001e-12, 1));
   RandomSequence places(15);
   for (int i = 0; i < 100; ++i) {
     const SurfaceParameter place = random_place(surface, places);
@@ -302,7 +301,7 @@ TEST(SurfaceEvaluator, DoesNotDependOnThreads) {
   RunContext one, four;
   one.threads = 1;
   four.threads = 4;
-  const SurfaceEvaluator a(control, {}, one), b(control, {}, four);
+  const SurfaceEvaluator a(control, one), b(control, four);
   const std::vector<SurfacePoint> p = a.evaluate(places, one), q = b.evaluate(places, four);
   const std::vector<Curvature> k = a.curvatures(places, one), l = b.curvatures(places, four);
   for (std::size_t i = 0; i < places.size(); ++i) {
@@ -322,8 +321,8 @@ TEST(SurfaceEvaluator, RefusesPlacesOffTheSurface) {
 }
 
 TEST(SurfaceEvaluator, NumbersThePatchesOfPolygons) {
-  const SurfaceEvaluator surface(with_equal_covariances(mixed_polygons(), Sym3::identity()),
-                                 {.scheme = Scheme::catmull_clark});
+  const SurfaceEvaluator surface(
+      with_rules(with_equal_covariances(mixed_polygons(), Sym3::identity()), {.scheme = Scheme::catmull_clark}));
   const std::size_t expected[] = {1, 3, 3, 1, 5};
   Index first = 0;
   for (std::size_t f = 0; f < 5; ++f) {
@@ -357,10 +356,10 @@ TEST(Curvature, OfKnownDerivatives) {
 
 /// Largest error of curvatures over a shape, relative to its largest curvature, at the middles of faces.
 template <class Exact>
-std::array<double, 2> curvature_errors(const Mesh& mesh, const EvaluateOptions& options, const Exact& exact) {
-  const SurfaceEvaluator surface(infer_covariances(mesh).mesh, options);
+std::array<double, 2> curvature_errors(const Mesh& mesh, const SurfaceRules& rules, const Exact& exact) {
+  const SurfaceEvaluator surface(with_rules(infer_covariances(mesh).mesh, rules));
   std::vector<SurfaceParameter> places;
-  const double third = options.scheme == Scheme::loop ? 1.0 / 3 : 0.5;
+  const double third = rules.scheme == Scheme::loop ? 1.0 / 3 : 0.5;
   for (Index f = 0; f < surface.patch_count(); ++f) places.push_back({f, third, third});
   const std::vector<SurfacePoint> points = surface.evaluate(places);
   const std::vector<Curvature> curvatures = surface.curvatures(places);
@@ -413,7 +412,7 @@ Mesh cylinder(Index n) {
 TEST(Curvature, OfACylinderConverges) {
   for (const Index n : {12, 24, 48}) {
     // Two rows from the rims, where there is a cylinder.
-    const SurfaceEvaluator surface(infer_covariances(cylinder(n)).mesh, {.scheme = Scheme::catmull_clark});
+    const SurfaceEvaluator surface(with_rules(infer_covariances(cylinder(n)).mesh, {.scheme = Scheme::catmull_clark}));
     double worst = 0;
     for (Index f = 3 * n; f < 4 * n; ++f) {
       const Curvature c = curvature(surface.evaluate({f, 0.3, 0.6}));

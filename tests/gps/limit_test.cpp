@@ -203,7 +203,8 @@ TEST_P(LimitMasks, GiveContinuousNormals) {
   const CovMesh control = with_random_covariances(mesh(), 31 + c.faces, 0.1, 1);
   // Largest difference between the normal of vertex 0 and those of its neighbours.
   const auto jump = [&](int levels) {
-    const Mesh surface = subdivide(control, {.levels = levels, .weights = c.weights, .corners = c.corners});
+    const Mesh surface =
+        subdivide(with_rules(control, {.weights = c.weights, .corners = c.corners}), {.levels = levels});
     double largest = 0;
     for (std::size_t f = 0; f < surface.faces.size(); ++f) {
       const auto face = surface.faces[f];

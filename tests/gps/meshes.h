@@ -22,6 +22,12 @@ inline Mesh make_mesh(std::vector<Vec3> positions, const std::vector<std::array<
   return mesh;
 }
 
+/// The same mesh with other rules for its surface.
+inline CovMesh with_rules(CovMesh mesh, const SurfaceRules& rules) {
+  mesh.rules = rules;
+  return mesh;
+}
+
 inline Mesh tetrahedron() {
   return make_mesh({{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}}, {{0, 1, 2}, {0, 2, 3}, {0, 3, 1}, {1, 3, 2}});
 }

@@ -28,7 +28,7 @@ inline std::vector<OsdPoint> osd_points(const Mesh& mesh) {
 }
 
 /// OpenSubdiv's connectivity of a mesh, not yet refined.
-inline std::unique_ptr<Far::TopologyRefiner> osd_refiner(const Mesh& mesh, const EvaluateOptions& options) {
+inline std::unique_ptr<Far::TopologyRefiner> osd_refiner(const Mesh& mesh, const SurfaceRules& options) {
   Sdc::Options rules;
   rules.SetVtxBoundaryInterpolation(options.corners == CornerRule::smooth ? Sdc::Options::VTX_BOUNDARY_EDGE_ONLY
                                                                           : Sdc::Options::VTX_BOUNDARY_EDGE_AND_CORNER);

@@ -19,8 +19,8 @@ namespace {
 constexpr int isolation = 10;
 
 /// Largest differences of positions, first and second derivatives, relative to the largest of their kind.
-void expect_agreement(const Mesh& mesh, const EvaluateOptions& options, std::size_t patches = 1000) {
-  const SurfaceEvaluator ours(with_equal_covariances(mesh, Sym3::identity()), options);
+void expect_agreement(const Mesh& mesh, const SurfaceRules& rules, std::size_t patches = 1000) {
+  const SurfaceEvaluator ours(with_rules(with_equal_covariances(mesh, Sym3::identity()), rules));
   // No closer to a corner than 1/32.
   const std::vector<std::array<double, 2>> parameters{{0.03125, 0.03125}, {0.25, 0.25},    {0.375, 0.0625},
                                                       {0.0625, 0.84375},  {0.5625, 0.375}, {0.90625, 0.03125}};
@@ -42,7 +42,7 @@ void expect_agreement(const Mesh& mesh, const EvaluateOptions& options, std::siz
     locations.push_back(at);
     for (std::size_t i = 0; i < s.size(); ++i) places.push_back({static_cast<Index>(patch), s[i], t[i]});
   }
-  const std::unique_ptr<Far::TopologyRefiner> refiner = osd_refiner(mesh, options);
+  const std::unique_ptr<Far::TopologyRefiner> refiner = osd_refiner(mesh, rules);
   Far::TopologyRefiner::AdaptiveOptions adaptive(isolation);
   adaptive.useInfSharpPatch = true;
   refiner->RefineAdaptive(adaptive);
@@ -63,7 +63,7 @@ void expect_agreement(const Mesh& mesh, const EvaluateOptions& options, std::siz
   // triangles that are upside down in their patch the second derivatives of OpenSubdiv 3.5.0 have the sign of the
   // first, which contradicts these. (Central differences of first derivatives, in another test, decide for ours.)
   std::vector<double> factors(n, 1.0);
-  if (options.scheme == Scheme::catmull_clark) {
+  if (rules.scheme == Scheme::catmull_clark) {
     for (std::size_t f = 0; f < mesh.faces.size(); ++f)
       if (mesh.faces[f].size() != 4)
         for (std::size_t i = 0; i < n; ++i)

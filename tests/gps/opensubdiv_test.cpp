@@ -20,8 +20,8 @@ struct Level {
   std::vector<bool> comparable;  ///< whether its tangents are those of the rules it refines with
 };
 
-Level opensubdiv_level(const Mesh& mesh, const EvaluateOptions& options) {
-  const std::unique_ptr<Far::TopologyRefiner> refiner = osd_refiner(mesh, options);
+Level opensubdiv_level(const Mesh& mesh, const SurfaceRules& rules) {
+  const std::unique_ptr<Far::TopologyRefiner> refiner = osd_refiner(mesh, rules);
   Far::TopologyRefiner::UniformOptions uniform(levels);
   uniform.fullTopologyInLastLevel = true;
   refiner->RefineUniform(uniform);
@@ -43,7 +43,7 @@ Level opensubdiv_level(const Mesh& mesh, const EvaluateOptions& options) {
     // On the boundary it takes the tangents of rules that depend on the number of faces; those are not the rules it
     // refines with unless that number is at most that of a regular vertex.
     const auto at = static_cast<Far::Index>(i);
-    const int regular = options.scheme == Scheme::loop ? 3 : 2;
+    const int regular = rules.scheme == Scheme::loop ? 3 : 2;
     const int faces = last.GetVertexFaces(at).size();
     level.comparable.push_back(faces > 0 && (!last.IsVertexBoundary(at) || faces <= regular));
   }
@@ -51,13 +51,13 @@ Level opensubdiv_level(const Mesh& mesh, const EvaluateOptions& options) {
 }
 
 /// Vertices are numbered differently: those of one are matched with the nearest of the other, one to one.
-void expect_agreement(const Mesh& mesh, const EvaluateOptions& options) {
-  const CovMesh control = with_equal_covariances(mesh, RandomSequence(5).covariance(0.1, 1));
-  SubdivideOptions refine{.scheme = options.scheme, .levels = levels, .limit = false, .corners = options.corners};
+void expect_agreement(const Mesh& mesh, const SurfaceRules& rules) {
+  const CovMesh control = with_rules(with_equal_covariances(mesh, RandomSequence(5).covariance(0.1, 1)), rules);
+  SubdivideOptions refine{.levels = levels, .limit = false};
   const Mesh refined = subdivide(control, refine);
   refine.limit = true;
   const Mesh limit = subdivide(control, refine);
-  const Level theirs = opensubdiv_level(mesh, options);
+  const Level theirs = opensubdiv_level(mesh, rules);
   ASSERT_EQ(refined.positions.size(), theirs.refined.size());
   const Neighbors index(theirs.refined);
   std::vector<bool> hit(theirs.refined.size(), false);

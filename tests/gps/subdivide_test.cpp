@@ -141,7 +141,7 @@ TEST(Subdivide, ReproducesPlanes) {
                           random.uniform(1e-4, 1) * Sym3::outer(normal));
   }
   for (const CornerRule corners : {CornerRule::smooth, CornerRule::sharp}) {
-    const Mesh surface = subdivide(covariance_mesh(flat, covariances), {.corners = corners});
+    const Mesh surface = subdivide(with_rules(covariance_mesh(flat, covariances), {.corners = corners}));
     for (std::size_t v = 0; v < surface.positions.size(); ++v) {
       EXPECT_NEAR((surface.positions[v] - shift).dot(normal), 0, 1e-11);
       EXPECT_LT((surface.normals[v] - normal).norm(), 1e-9);
@@ -174,8 +174,8 @@ TEST(Subdivide, LimitPointsDoNotDependOnTheLevelAtBoundaries) {
   for (const CornerRule corners : {CornerRule::smooth, CornerRule::sharp})
     for (const LoopWeights weights : {LoopWeights::loop, LoopWeights::warren}) {
       const CovMesh control = with_random_covariances(grid(5, 4), 17, 0.05, 1);
-      const Mesh coarse = subdivide(control, {.levels = 0, .weights = weights, .corners = corners});
-      const Mesh fine = subdivide(control, {.levels = 4, .weights = weights, .corners = corners});
+      const Mesh coarse = subdivide(with_rules(control, {.weights = weights, .corners = corners}), {.levels = 0});
+      const Mesh fine = subdivide(with_rules(control, {.weights = weights, .corners = corners}), {.levels = 4});
       for (std::size_t v = 0; v < coarse.positions.size(); ++v) {
         EXPECT_LT((fine.positions[v] - coarse.positions[v]).norm(), 1e-12);
         EXPECT_LT((fine.normals[v] - coarse.normals[v]).norm(), 1e-9);

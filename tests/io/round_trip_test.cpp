@@ -88,9 +88,21 @@ TEST_P(BothEncodings, CovMesh) {
     write_covmesh(mesh, path_, GetParam());
     EXPECT_EQ(probe_file(path_), FileKind::covmesh);
     const CovMesh read = read_covmesh(path_);
+    EXPECT_EQ(read.rules, mesh.rules);
     expect_same_bits(read.vertices, as_stored(mesh.vertices));
     EXPECT_EQ(read.faces, mesh.faces);
   }
+}
+
+TEST_P(BothEncodings, RulesOfTheSurface) {
+  CovMesh mesh = test::octahedron_covmesh(utm, false);
+  for (const Scheme scheme : {Scheme::loop, Scheme::catmull_clark})
+    for (const LoopWeights weights : {LoopWeights::loop, LoopWeights::warren})
+      for (const CornerRule corners : {CornerRule::smooth, CornerRule::sharp}) {
+        mesh.rules = {scheme, weights, corners};
+        write_covmesh(mesh, path_, GetParam());
+        EXPECT_EQ(read_covmesh(path_).rules, mesh.rules);
+      }
 }
 
 // Columns hold world units under the names of the format, whoever reads them.

@@ -313,6 +313,30 @@ TEST(Reconstruct, IsItsStagesInTurn) {
 }
 
 // A cloud in another frame than the mesh is carried over to it.
+// What the program does for --scheme is no more than this.
+TEST(Reconstruct, FitsAndRefinesTheSurfaceOfItsRules) {
+  const PointCloud cloud = noisy_sphere(3000, 0);
+  ReconstructOptions options;
+  options.hem.target_components = 60;
+  options.fit.refinements = 0;
+  const Reconstruction triangles = reconstruct(cloud, options);
+  options.triangulate.rules = {.scheme = Scheme::catmull_clark, .corners = CornerRule::sharp};
+  const Reconstruction quads = reconstruct(cloud, options);
+  EXPECT_EQ(quads.covmesh.rules, options.triangulate.rules);
+  EXPECT_TRUE(quads.mesh.faces.all_of_size(4));
+  // Fitted as Loop's, its surface of Catmull and Clark would be farther from the points.
+  CovMesh reinterpreted = triangles.covmesh;
+  reinterpreted.rules = quads.covmesh.rules;
+  const auto rms = [&](const CovMesh& mesh) {
+    double sum = 0;
+    const Mesh surface = subdivide(mesh, {.levels = 2});
+    const std::vector<Vec3> positions = world_positions(surface);
+    for (const Vec3& p : positions) sum += (p.norm() - 1) * (p.norm() - 1);
+    return std::sqrt(sum / static_cast<double>(positions.size()));
+  };
+  EXPECT_LT(rms(quads.covmesh), 0.9 * rms(reinterpreted));
+}
+
 TEST(FitStage, TakesPointsOfAnotherFrame) {
   const PointCloud cloud = noisy_sphere(1500, noise);
   const PreparedCloud prepared = prepare(cloud);
