@@ -31,18 +31,12 @@ from lab.pages import replace_sections, table
 from lab.pictures import pyplot, save
 from lab.ply import Ply
 from lab.runner import GPSRECON, ROOT, Gpsrecon, exit_code_of
+from lab.scenes import in_display
 
 LEVELS = 5  # of the surfaces that are drawn: finer than a pixel
 SCHEMES = {"catmull-clark": "Catmull-Clark", "loop": "Loop"}
 COLORS = {"surface": (0.80, 0.74, 0.64), "linear": (0.62, 0.71, 0.80), "gaussian": (0.16, 0.38, 0.78),
           "wire": (0.25, 0.25, 0.25)}
-
-
-def in_display():
-    """Starts the script again in a virtual display if there is none: VTK draws through X."""
-    if os.environ.get("DISPLAY"):
-        return
-    os.execvp("xvfb-run", ["xvfb-run", "-a", "-s", "-screen 0 1600x1200x24", sys.executable, *sys.argv])
 
 
 # ---- the program, and the files it reads and writes ----
