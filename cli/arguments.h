@@ -12,7 +12,7 @@
 #include <vector>
 
 #include <gpsrecon/core/vec.h>
-#include <gpsrecon/metrics/report.h>
+#include <gpsrecon/report/report.h>
 
 namespace gpsrecon::cli {
 

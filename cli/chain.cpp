@@ -1,5 +1,5 @@
 #include <gpsrecon/io/io.h>
-#include <gpsrecon/metrics/compare.h>
+#include <gpsrecon/measure/compare.h>
 #include <cstdio>
 #include <filesystem>
 #include <memory>

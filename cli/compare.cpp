@@ -1,7 +1,7 @@
 #include <gpsrecon/gps/subdivide.h>
-#include <gpsrecon/metrics/align.h>
-#include <gpsrecon/metrics/compare.h>
-#include <gpsrecon/metrics/report.h>
+#include <gpsrecon/measure/align.h>
+#include <gpsrecon/measure/compare.h>
+#include <gpsrecon/report/report.h>
 
 #include <algorithm>
 #include <cmath>
@@ -60,8 +60,8 @@ Shape load_shape(const std::string& path, const Console& console) {
   return shape;
 }
 
-ErrorReport compare_shapes(const Shape& judged, const Shape& reference, const CompareOptions& options,
-                           const RunContext& context) {
+Comparison compare_shapes(const Shape& judged, const Shape& reference, const CompareOptions& options,
+                          const RunContext& context) {
   if (judged.is_mesh())
     return reference.is_mesh() ? compare(judged.mesh, reference.mesh, options, context)
                                : compare(judged.mesh, reference.cloud, options, context);
@@ -70,9 +70,9 @@ ErrorReport compare_shapes(const Shape& judged, const Shape& reference, const Co
 }
 
 /// Brings what is judged onto the reference.
-AlignmentReport align_shape(Shape& judged, const Shape& reference, const Console& console) {
+Alignment align_shape(Shape& judged, const Shape& reference, const Console& console) {
   const RunContext context = console.context();
-  AlignmentReport motion;
+  Alignment motion;
   if (judged.is_mesh()) {
     motion = reference.is_mesh() ? align(judged.mesh, reference.mesh, {}, context)
                                  : align(judged.mesh, reference.cloud, {}, context);
@@ -150,15 +150,14 @@ ExitCode run_compare(Arguments& arguments) {
     throw OptionError("--heatmap and --html show a mesh; " + judged_file + " holds points");
   if (options.self_intersections && !judged.is_mesh())
     throw OptionError("--self-intersections needs a mesh; " + judged_file + " holds points");
-  std::optional<AlignmentReport> motion;
+  std::optional<Alignment> motion;
   if (align_first) motion = align_shape(judged, reference, console);
-  ErrorReport report = compare_shapes(judged, reference, options, context);
+  ErrorReport report = report_of(compare_shapes(judged, reference, options, context));
   if (report.mesh) report.mesh->file = file_report(judged_file);
   if (report.reference) report.reference->file = file_report(reference_file);
   if (report.input) report.input->file = file_report(report.reference ? judged_file : reference_file);
   report.alignment = motion;
   report.version = GPSRECON_VERSION;
-  report.command = "compare";
   report.seed = globals.seed;
   report.options = arguments.values();
 

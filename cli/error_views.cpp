@@ -1,7 +1,7 @@
 #include "error_views.h"
 
 #include <gpsrecon/io/io.h>
-#include <gpsrecon/metrics/html_report.h>
+#include <gpsrecon/report/html_report.h>
 
 namespace gpsrecon::cli {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <gpsrecon/metrics/heatmap.h>
+#include <gpsrecon/report/heatmap.h>
 #include <functional>
 #include <string>
 

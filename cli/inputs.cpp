@@ -1,6 +1,6 @@
 #include "inputs.h"
 
-#include <gpsrecon/metrics/file_hash.h>
+#include <gpsrecon/report/file_hash.h>
 #include <algorithm>
 #include <cctype>
 #include <filesystem>

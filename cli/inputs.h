@@ -5,7 +5,7 @@
 #include <gpsrecon/core/point_cloud.h>
 #include <gpsrecon/gps/subdivide.h>
 #include <gpsrecon/io/io.h>
-#include <gpsrecon/metrics/report.h>
+#include <gpsrecon/report/report.h>
 #include <optional>
 #include <string>
 #include <vector>

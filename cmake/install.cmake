@@ -26,6 +26,7 @@ set(GPSRECON_PUBLIC_HEADERS
   core/point_cloud.h
   core/random.h
   core/repair_topology.h
+  core/resource_usage.h
   core/run_context.h
   core/sym3.h
   core/vec.h
@@ -38,23 +39,22 @@ set(GPSRECON_PUBLIC_HEADERS
   hem/likelihood.h
   hem/scale.h
   io/io.h
-  metrics/align.h
-  metrics/compare.h
-  metrics/distance.h
-  metrics/file_hash.h
-  metrics/heatmap.h
-  metrics/held_out_error.h
-  metrics/html_report.h
-  metrics/mesh_measures.h
-  metrics/picture.h
-  metrics/report.h
-  metrics/resource_usage.h
-  metrics/ridge.h
-  metrics/statistics.h
+  measure/align.h
+  measure/compare.h
+  measure/distance.h
+  measure/held_out_error.h
+  measure/mesh_measures.h
+  measure/ridge.h
+  measure/statistics.h
   pipeline/choose_scale.h
   pipeline/point_normals.h
   pipeline/projection.h
   pipeline/reconstruct.h
+  report/file_hash.h
+  report/heatmap.h
+  report/html_report.h
+  report/picture.h
+  report/report.h
   scan/gallery.h
   scan/mesh_target.h
   scan/profile.h

@@ -192,7 +192,7 @@ def ridge_lines(rows):
         return []
     return ["## Surface and density ridge", "",
             f"{RIDGE_SAMPLES:,} points, uniform by area on the Gaussian-product surface, moved to the ridge of the mixture of the same Gaussians by a",
-            "subspace-constrained mean shift (`metrics/ridge.h`; Ozertem and Erdogmus 2011). Distances in % of the diagonal, beside the kernel width σ₀;",
+            "subspace-constrained mean shift (`measure/ridge.h`; Ozertem and Erdogmus 2011). Distances in % of the diagonal, beside the kernel width σ₀;",
             "lost: points that come to no rest, because the ridge has an end or a jump there. Not fitted is the surface of the mixture as the",
             "publication has it; the fit then moves the Gaussians off the ridge on purpose, towards the points.", "",
             table(["scan", "Gaussians", "σ₀", "mean", "median", "95 %", "largest", "lost"], body),

@@ -1,5 +1,5 @@
 #!/bin/sh
-# Bundles the 3-D view of the report page, lib/metrics/html/viewer.js, with the parts of three.js it uses into
+# Bundles the 3-D view of the report page, lib/report/html/viewer.js, with the parts of three.js it uses into
 # viewer.min.js, which is part of the sources: building gpsrecon needs no JavaScript tools. Needs npm; run it after a
 # change of viewer.js.
 set -eu
@@ -11,6 +11,6 @@ trap 'rm -rf "$work"' EXIT
 cd "$work"
 npm init -y >/dev/null
 npm install --silent three@0.187 esbuild@0.28
-cp "$here/lib/metrics/html/viewer.js" .
+cp "$here/lib/report/html/viewer.js" .
 npx esbuild viewer.js --bundle --minify --format=iife --target=es2020 --legal-comments=inline \
-  --outfile="$here/lib/metrics/html/viewer.min.js"
+  --outfile="$here/lib/report/html/viewer.min.js"

@@ -1,6 +1,6 @@
 #include <gpsrecon/core/random.h>
 #include <gpsrecon/hem/likelihood.h>
-#include <gpsrecon/metrics/held_out_error.h>
+#include <gpsrecon/measure/held_out_error.h>
 #include <gpsrecon/pipeline/choose_scale.h>
 #include <algorithm>
 #include <array>

@@ -1,7 +1,8 @@
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/neighbors.h>
 #include <gpsrecon/core/parallel.h>
-#include <gpsrecon/metrics/distance.h>
+#include <gpsrecon/measure/distance.h>
+#include <gpsrecon/measure/mesh_measures.h>
 #include <gpsrecon/pipeline/point_normals.h>
 #include <Eigen/Geometry>
 #include <cmath>
@@ -40,16 +41,6 @@ std::vector<Vec3> estimate(const PointCloud& distinct, PreparedCloud& used, cons
   ErrorReport report;
   const Mixture mixture = mixture_stage(used, reduction, context, report);
   return csw_normals(distinct.positions, mixture, normals, context);
-}
-
-/// Twice the area of the polygon, along its normal.
-Vec3 area_vector(const Mesh& mesh, Index face) {
-  const std::span<const Index> corners = mesh.faces[face];
-  const Vec3& first = mesh.positions[corners[0]];
-  Vec3 sum = Vec3::Zero();
-  for (std::size_t k = 1; k + 1 < corners.size(); ++k)
-    sum += (mesh.positions[corners[k]] - first).cross(mesh.positions[corners[k + 1]] - first);
-  return sum;
 }
 
 std::vector<Vec3> sides_of_surface(const PointCloud& distinct, const Mesh& surface, const RunContext& context) {

@@ -1,12 +1,12 @@
 #include <gpsrecon/core/attributes.h>
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/parallel.h>
+#include <gpsrecon/core/resource_usage.h>
 #include <gpsrecon/core/self_intersections.h>
 #include <gpsrecon/io/io.h>
-#include <gpsrecon/metrics/compare.h>
-#include <gpsrecon/metrics/distance.h>
-#include <gpsrecon/metrics/mesh_measures.h>
-#include <gpsrecon/metrics/resource_usage.h>
+#include <gpsrecon/measure/compare.h>
+#include <gpsrecon/measure/distance.h>
+#include <gpsrecon/measure/mesh_measures.h>
 #include <gpsrecon/pipeline/choose_scale.h>
 #include <gpsrecon/pipeline/reconstruct.h>
 #include <gpsrecon/triangulate/orient.h>
@@ -324,7 +324,7 @@ Mesh subdivide_stage(const CovMesh& mesh, const ReconstructOptions& options, con
   else
     subdivision.levels = options.levels >= 0 ? options.levels : automatic_level(mesh);
   Mesh refined = subdivide(mesh, subdivision, context);
-  report.mesh = measure_mesh(refined, context, options.self_intersections);
+  report.mesh = MeshReport{measure_mesh(refined, context, options.self_intersections)};
   if (!adaptive) report.mesh->level = subdivision.levels;
   context.log(LogLevel::info,
               "subdivide: " + std::to_string(refined.faces.size()) + " faces " +

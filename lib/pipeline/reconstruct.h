@@ -5,8 +5,8 @@
 #include <gpsrecon/gps/subdivide.h>
 #include <gpsrecon/hem/hem.h>
 #include <gpsrecon/hem/scale.h>
-#include <gpsrecon/metrics/report.h>
 #include <gpsrecon/pipeline/projection.h>
+#include <gpsrecon/report/report.h>
 #include <gpsrecon/triangulate/triangulate.h>
 #include <optional>
 

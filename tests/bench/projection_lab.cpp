@@ -6,10 +6,10 @@
 #include <gpsrecon/clop/repulsion.h>
 #include <gpsrecon/core/neighbors.h>
 #include <gpsrecon/core/parallel.h>
+#include <gpsrecon/core/resource_usage.h>
 #include <gpsrecon/hem/hem.h>
 #include <gpsrecon/io/io.h>
-#include <gpsrecon/metrics/distance.h>
-#include <gpsrecon/metrics/resource_usage.h>
+#include <gpsrecon/measure/distance.h>
 #include <gpsrecon/pipeline/projection.h>
 #include <gpsrecon/pipeline/reconstruct.h>
 #include <gpsrecon/scan/gallery.h>

@@ -6,8 +6,8 @@
 
 #include <gpsrecon/gps/subdivide.h>
 #include <gpsrecon/io/io.h>
-#include <gpsrecon/metrics/compare.h>
-#include <gpsrecon/metrics/ridge.h>
+#include <gpsrecon/measure/compare.h>
+#include <gpsrecon/measure/ridge.h>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>

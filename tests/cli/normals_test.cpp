@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <gpsrecon/io/io.h>
-#include <gpsrecon/metrics/file_hash.h>
+#include <gpsrecon/report/file_hash.h>
 #include <cmath>
 
 #include "clouds.h"

@@ -2,7 +2,7 @@
 
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/self_intersections.h>
-#include <metrics/shapes.h>
+#include <measure/shapes.h>
 #include <cmath>
 #include <limits>
 

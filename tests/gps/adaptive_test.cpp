@@ -5,7 +5,7 @@
 #include <gpsrecon/gps/adaptive.h>
 #include <gpsrecon/gps/infer.h>
 #include <gpsrecon/io/io.h>
-#include <gpsrecon/metrics/distance.h>
+#include <gpsrecon/measure/distance.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -3,9 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <gpsrecon/core/mesh_topology.h>
-#include <gpsrecon/metrics/compare.h>
-#include <gpsrecon/metrics/distance.h>
-#include <gpsrecon/metrics/mesh_measures.h>
+#include <gpsrecon/measure/compare.h>
+#include <gpsrecon/measure/distance.h>
+#include <gpsrecon/measure/mesh_measures.h>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -34,7 +34,7 @@ INSTANTIATE_TEST_SUITE_P(Shapes, GalleryTest, ::testing::ValuesIn(gallery()), []
 });
 
 TEST_P(GalleryTest, MeshHasTheStatedTopologyAndFacesOutward) {
-  const MeshReport report = measure_mesh(mesh);
+  const MeshMeasures report = measure_mesh(mesh);
   const Topology& topology = report.topology;
   EXPECT_EQ(topology.euler, GetParam().euler);
   EXPECT_EQ(topology.components, 1u);
