@@ -293,8 +293,8 @@ void Arguments::throw_unexpected(const std::string& text, const std::string& wha
 
 void Arguments::declare_globals(GlobalOptions& options) {
   group("Options of every command", false);
-  option("--threads", "N", options.threads, "number of threads, 0 = all of the machine; results do not depend on it",
-         "[0, 1024]");
+  option("--threads", "N", options.threads,
+         "number of threads, 0 = OMP_NUM_THREADS or all of the machine; results do not depend on it", "[0, 1024]");
   option("--seed", "N", options.seed, "seed of everything random", "[0, 2^64)");
   option(
       "--config", "FILE", impl_->config,

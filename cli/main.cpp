@@ -2,16 +2,22 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <cstdlib>
+#include <filesystem>
 #include <limits>
 #include <new>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <vector>
 
 #include "cancellation.h"
 #include "commands.h"
 #if defined(__GLIBC__)
 #include <malloc.h>
+#endif
+#if defined(__linux__)
+#include <unistd.h>
 #endif
 
 namespace gpsrecon::cli {
@@ -101,11 +107,26 @@ void keep_freed_memory() {
 #endif
 }
 
+/// Threads of OpenMP that wait spin, unless told otherwise: they keep off the processors those they wait for, and other
+/// programs (docs/evidence/threads.md). The runtime takes orders only from the environment and only while it is loaded,
+/// so the program starts once more, unless the user has chosen.
+void let_waiting_threads_sleep(char** argv) {
+#if defined(__linux__)
+  for (const char* choice : {"OMP_WAIT_POLICY", "GOMP_SPINCOUNT", "KMP_BLOCKTIME"})
+    if (std::getenv(choice) != nullptr) return;
+  std::error_code error;
+  const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
+  if (error || ::setenv("OMP_WAIT_POLICY", "passive", 0) != 0) return;
+  ::execv(program.c_str(), argv);  // returns only if that failed: the same results, with threads that spin
+#endif
+}
+
 }  // namespace
 }  // namespace gpsrecon::cli
 
 int main(int argc, char** argv) {
   using namespace gpsrecon::cli;
+  let_waiting_threads_sleep(argv);
   catch_signals();
   keep_freed_memory();
   return static_cast<int>(run({argv + 1, argv + argc}));

@@ -14,7 +14,7 @@ enum class LogLevel { debug, info, warning };
 /// How a stage runs: threads, seed, and whom to tell. The default is silent, one seed, all threads. Results never
 /// depend on `threads`.
 struct RunContext {
-  int threads = 0;         ///< number of threads, >= 1; 0 = all of the machine
+  int threads = 0;         ///< number of threads, >= 1; 0 = OMP_NUM_THREADS, or else all of the machine
   std::uint64_t seed = 1;  ///< seed of everything random
 
   /// Called from the calling thread with the name of the running stage and the share done, in [0, 1].

@@ -79,6 +79,7 @@ ProcessResult run(const std::vector<std::string>& arguments, const ProcessOption
   argv.push_back(program.data());
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
+  std::vector<std::string> variables = options.environment;
 
   const pid_t child = ::fork();
   if (child < 0) throw std::runtime_error("cannot fork");
@@ -88,6 +89,7 @@ ProcessResult run(const std::vector<std::string>& arguments, const ProcessOption
     ::dup2(err.write_end, STDERR_FILENO);
     std::signal(SIGPIPE, SIG_DFL);  // what is ignored here would be ignored there
     if (!options.folder.empty() && ::chdir(options.folder.c_str()) != 0) ::_exit(126);
+    for (std::string& variable : variables) ::putenv(variable.data());
     ::execv(program.c_str(), argv.data());
     ::_exit(127);
   }

@@ -23,6 +23,7 @@ struct ProcessResult {
 struct ProcessOptions {
   std::string input = {};                     ///< what standard input holds
   std::string folder = {};                    ///< working folder; empty: this one
+  std::vector<std::string> environment = {};  ///< variables: NAME=VALUE sets one, NAME alone takes it away
   bool input_stays_open = false;              ///< standard input never ends
   bool output_is_closed = false;              ///< nobody reads standard output
   std::string interrupt_at = {};              ///< a signal is sent when this text has appeared on standard error

@@ -13,6 +13,7 @@ namespace {
 
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 using testing::StartsWith;
 
 const std::vector<std::string> commands = {"mixture", "normals",   "project", "triangulate", "fit", "infer",
@@ -30,6 +31,22 @@ TEST(Usage, version_on_standard_output) {
   EXPECT_EQ(result.exit_code, 0);
   EXPECT_TRUE(std::regex_match(result.out, std::regex("gpsrecon [0-9]+\\.[0-9]+\\.[0-9]+\n"))) << result.out;
   EXPECT_THAT(result.err, IsEmpty());
+}
+
+/// What the OpenMP runtime says of itself when the program is started with these variables.
+std::string openmp_settings(std::vector<std::string> environment) {
+  environment.emplace_back("OMP_DISPLAY_ENV=VERBOSE");
+  return run({"--version"}, {.environment = std::move(environment)}).err;
+}
+
+TEST(Usage, waiting_threads_sleep_unless_told_otherwise) {
+  const std::string own = openmp_settings({"OMP_WAIT_POLICY", "GOMP_SPINCOUNT", "KMP_BLOCKTIME"});
+  if (own.find("GOMP_SPINCOUNT") == std::string::npos) GTEST_SKIP() << "Not GCC's runtime";
+  EXPECT_THAT(own, HasSubstr("GOMP_SPINCOUNT = '0'"));
+  EXPECT_THAT(openmp_settings({"OMP_WAIT_POLICY=active"}), HasSubstr("OMP_WAIT_POLICY = 'ACTIVE'"));
+  const std::string spins = openmp_settings({"OMP_WAIT_POLICY", "GOMP_SPINCOUNT=17"});
+  EXPECT_THAT(spins, HasSubstr("GOMP_SPINCOUNT = '17'"));
+  EXPECT_THAT(spins, Not(HasSubstr("GOMP_SPINCOUNT = '0'")));
 }
 
 TEST(Usage, help_of_every_command) {

@@ -65,15 +65,19 @@ TEST(ParallelSum, AddsUp) {
 TEST(ParallelBlocks, RethrowTheErrorOfTheLowestBlock) {
   for (const int threads : {1, 2, 4, 8})
     for (int repeat = 0; repeat < 20; ++repeat) {
-      // Block 0 fails late, the others at once: whichever runs first, the message is one of a block that ran, and with
-      // every block failing block 0 always runs.
+      // The lowest of those that fail does so late, when others have failed before it.
       try {
         parallel_blocks(
             100, with_threads(threads),
-            [](std::size_t block, std::size_t, std::size_t) { throw InputError("block " + std::to_string(block)); }, 1);
+            [](std::size_t block, std::size_t, std::size_t) {
+              if (block < 3) return;
+              if (block == 3) std::this_thread::sleep_for(std::chrono::milliseconds(2));
+              throw InputError("block " + std::to_string(block));
+            },
+            1);
         FAIL();
       } catch (const InputError& error) {
-        EXPECT_STREQ(error.what(), "block 0");
+        EXPECT_STREQ(error.what(), "block 3");
       }
     }
 }
@@ -151,14 +155,20 @@ TEST(ParallelBlocks, RunInSeveralThreads) {
   EXPECT_LE(seen.size(), 3U);
 }
 
-TEST(ParallelFor, LoopsWithinLoopsRun) {
+TEST(ParallelFor, LoopsWithinLoopsRunInOneThread) {
   const RunContext context = with_threads(4);
   std::vector<std::vector<int>> visits(20, std::vector<int>(50, 0));
   parallel_for(
       visits.size(), context,
       [&](std::size_t i) {
+        const std::thread::id outer = std::this_thread::get_id();
         parallel_for(
-            50, context, [&](std::size_t j) { ++visits[i][j]; }, 1);
+            50, context,
+            [&](std::size_t j) {
+              ++visits[i][j];
+              EXPECT_EQ(std::this_thread::get_id(), outer);
+            },
+            1);
       },
       1);
   for (const std::vector<int>& row : visits) EXPECT_EQ(row, std::vector<int>(50, 1));
