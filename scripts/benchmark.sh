@@ -7,6 +7,9 @@ cd "$(dirname "$0")/.."
 scripts/install_packages.sh test
 scripts/build.sh -DGPSRECON_BUILD_BENCHMARKS=ON
 
+# Waiting threads that spin would count as work.
+OMP_WAIT_POLICY=passive
+export OMP_WAIT_POLICY
 found=no
 for program in build/release/bin/*_bench; do
   [ -x "$program" ] || continue

@@ -16,7 +16,7 @@ build="g++ cmake ninja-build ccache libeigen3-dev libflann-dev liblz4-dev libcga
 test="libgtest-dev libgmock-dev libbenchmark-dev libopenmesh-dev libosd-dev libvalijson-dev
   python3"
 benchmark="python3-matplotlib python3-meshio"
-develop="git clang-format-14 clang-tidy-14 flake8 shellcheck
+develop="git clang-format-14 clang-tidy-14 clang-14 libomp-14-dev flake8 shellcheck
   python3-numpy python3-pil python3-scipy python3-vtk9 xvfb xauth"
 
 case "${1:-build}" in

@@ -4,6 +4,7 @@
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/core/random.h>
 #include <gtest/gtest.h>
+#include <omp.h>
 
 #include <atomic>
 #include <chrono>
@@ -156,6 +157,7 @@ TEST(ParallelBlocks, RunInSeveralThreads) {
 }
 
 TEST(ParallelFor, LoopsWithinLoopsRunInOneThread) {
+  omp_set_max_active_levels(2);  // as a program may that has regions within regions
   const RunContext context = with_threads(4);
   std::vector<std::vector<int>> visits(20, std::vector<int>(50, 0));
   parallel_for(
