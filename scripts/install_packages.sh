@@ -1,11 +1,12 @@
 #!/bin/sh
 # Installs the Debian packages that are missing, and nothing when none is.
 #
-#   scripts/install_packages.sh [build|test|benchmark|develop]
+#   scripts/install_packages.sh [build|test|benchmark|docs|develop]
 #
 #   build      what the library and the program need (default)
 #   test       and what the tests and benchmarks need
 #   benchmark  and what the plots of scripts/benchmark.py need (Open3D, python3-open3d, is one more peer of it if it is there)
+#   docs       what scripts/docs.sh needs, and nothing else
 #   develop    and what the format and lint checks and the plots and figures of the documentation need
 #
 # This is the only list of packages of the project. Debian 12 or later; elsewhere, install the same libraries by hand.
@@ -16,6 +17,7 @@ build="g++ cmake ninja-build ccache libeigen3-dev libflann-dev liblz4-dev libcga
 test="libgtest-dev libgmock-dev libbenchmark-dev libopenmesh-dev libosd-dev libvalijson-dev
   python3"
 benchmark="python3-matplotlib python3-meshio"
+docs="python3 mkdocs mkdocs-material doxygen"
 develop="git clang-format-14 clang-tidy-14 clang-14 libomp-14-dev flake8 shellcheck
   python3-numpy python3-pil python3-scipy python3-vtk9 xvfb xauth"
 
@@ -23,8 +25,9 @@ case "${1:-build}" in
   build) wanted="$build" ;;
   test) wanted="$build $test" ;;
   benchmark) wanted="$build $test $benchmark" ;;
+  docs) wanted="$docs" ;;
   develop) wanted="$build $test $benchmark $develop" ;;
-  *) echo "usage: scripts/install_packages.sh [build|test|benchmark|develop]" >&2; exit 2 ;;
+  *) echo "usage: scripts/install_packages.sh [build|test|benchmark|docs|develop]" >&2; exit 2 ;;
 esac
 
 missing=""

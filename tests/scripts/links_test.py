@@ -1,0 +1,61 @@
+"""The check of links: links_test.py PROGRAM"""
+
+import contextlib
+import io
+import tempfile
+import unittest
+from pathlib import Path
+
+import support  # noqa: F401 (finds the scripts)
+
+import check_links
+
+
+class Links(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+
+    def broken(self, read, **files):
+        for name, text in files.items():
+            (self.folder / name).write_text(text, encoding="utf-8")
+        paths = [self.folder / name for name in files]
+        return [line.split(": ", 1)[1] for line in check_links.broken_links(paths, read)]
+
+    def test_links_of_markdown(self):
+        found = self.broken(check_links.read_markdown, a="""# Head
+[one](b) [two](b#the-second---head) [three](#head) [far](https://example.org/none) ![picture](none.png)
+[four](b#no) [five](none#head) `[code](none)`
+
+    [code](none)
+
+```
+[code](none)
+# no head
+```
+[six](#no-head)
+""", b="## The second `--` head\n")
+        self.assertEqual(found, ["none.png: there is no such file", "b#no: there is no such heading",
+                                 "none#head: there is no such file", "#no-head: there is no such heading"])
+
+    def test_headings_of_one_name_are_numbered(self):
+        self.assertEqual(self.broken(check_links.read_markdown, a="# x\n# x\n[1](#x) [2](#x-1) [3](#x-2)\n"),
+                         ["#x-2: there is no such heading"])
+
+    def test_links_of_html(self):
+        found = self.broken(check_links.read_html, a="""<base href="none"><h1 id="head">x</h1>
+<a href="b">1</a><a href="b#second">2</a><a href="b#no">3</a><img src="none.png"><script src="none.js"></script>
+""", b='<a name="second"></a>')
+        self.assertEqual(found, ["b#no: there is no such heading", "none.png: there is no such file",
+                                 "none.js: there is no such file"])
+
+    def test_those_of_the_project_lead_somewhere(self):
+        paths = [p for folder in check_links.FOLDERS for p in (check_links.ROOT / folder).rglob("*.md")]
+        self.assertGreater(len(paths), 30)
+        with contextlib.redirect_stdout(io.StringIO()):
+            self.assertEqual(list(check_links.broken_links(paths, check_links.read_markdown)), [])
+
+
+if __name__ == "__main__":
+    unittest.main(argv=["links_test"])
