@@ -31,7 +31,7 @@ from lab.pages import replace_sections, table
 from lab.pictures import pyplot, save
 from lab.ply import Ply
 from lab.runner import GPSRECON, ROOT, Gpsrecon, exit_code_of
-from lab.scenes import in_display
+from lab.scenes import add_caption, in_display, set_lights, write
 
 LEVELS = 5  # of the surfaces that are drawn: finer than a pixel
 SCHEMES = {"catmull-clark": "Catmull-Clark", "loop": "Loop"}
@@ -265,9 +265,7 @@ def draw(path, views, columns, size, direction, up, zoom=1.25, box=None):
     from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
     from vtkmodules.vtkCommonMath import vtkMatrix4x4
     from vtkmodules.vtkFiltersSources import vtkSphereSource
-    from vtkmodules.vtkIOImage import vtkPNGWriter
-    from vtkmodules.vtkRenderingCore import (vtkActor, vtkLight, vtkPolyDataMapper, vtkRenderer, vtkRenderWindow,
-                                             vtkTextActor, vtkWindowToImageFilter)
+    from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper, vtkRenderer, vtkRenderWindow
 
     direction, up = (np.array(v, float) / np.linalg.norm(v) for v in (direction, up))
 
@@ -411,23 +409,8 @@ def draw(path, views, columns, size, direction, up, zoom=1.25, box=None):
         if view.gaussians:
             for actor in gaussian_actors(view):
                 renderer.AddActor(actor)
-        text = vtkTextActor()
-        text.SetInput(view.caption)
-        look = text.GetTextProperty()
-        look.SetColor(0, 0, 0)
-        look.SetFontSize(14)
-        look.SetJustificationToCentered()
-        text.SetPosition(size[0] / 2, 6)
-        renderer.AddActor2D(text)
-        renderer.RemoveAllLights()
-        renderer.AutomaticLightCreationOff()
-        for offset, intensity in (((0.5, 0.8, 1.0), 0.85), ((-0.9, 0.1, 0.7), 0.35)):
-            light = vtkLight()
-            light.SetLightTypeToCameraLight()
-            light.SetPosition(*offset)
-            light.SetFocalPoint(0, 0, 0)
-            light.SetIntensity(intensity)
-            renderer.AddLight(light)
+        add_caption(renderer, view.caption, size[0], 14)
+        set_lights(renderer, (((0.5, 0.8, 1.0), 0.85), ((-0.9, 0.1, 0.7), 0.35)))
         camera = renderer.GetActiveCamera()
         camera.ParallelProjectionOn()
         distance = 10 * np.linalg.norm(high - low)
@@ -437,16 +420,7 @@ def draw(path, views, columns, size, direction, up, zoom=1.25, box=None):
         camera.SetParallelScale(zoom * max(extent_up, extent_right * size[1] / size[0]))
         renderer.ResetCameraClippingRange()
         window.AddRenderer(renderer)
-    window.Render()
-    image = vtkWindowToImageFilter()
-    image.SetInput(window)
-    image.ReadFrontBufferOff()
-    writer = vtkPNGWriter()
-    writer.SetFileName(str(path))
-    writer.SetCompressionLevel(9)
-    writer.SetInputConnection(image.GetOutputPort())
-    writer.Write()
-    print(f"  {path.name}: {path.stat().st_size / 1000:.0f} kB", flush=True)
+    write(window, path)
 
 
 # ---- the figures ----

@@ -107,14 +107,61 @@ class Panel:
         return self
 
 
+def add_caption(renderer, caption, width, size):
+    """A line of text of `size` pixels at the foot of a view `width` pixels wide."""
+    from vtkmodules.vtkRenderingCore import vtkTextActor
+    text = vtkTextActor()
+    text.SetInput(caption)
+    look = text.GetTextProperty()
+    look.SetColor(0, 0, 0)
+    look.SetFontSize(size)
+    look.SetJustificationToCentered()
+    text.SetPosition(width / 2, 0.4 * size)
+    renderer.AddActor2D(text)
+
+
+def set_lights(renderer, lights):
+    """Lights alone that move with the camera: pairs of a place beside it and an intensity."""
+    from vtkmodules.vtkRenderingCore import vtkLight
+    renderer.RemoveAllLights()
+    renderer.AutomaticLightCreationOff()
+    for offset, intensity in lights:
+        light = vtkLight()
+        light.SetLightTypeToCameraLight()
+        light.SetPosition(*offset)
+        light.SetFocalPoint(0, 0, 0)
+        light.SetIntensity(intensity)
+        renderer.AddLight(light)
+
+
+def write(window, path, shrink=1):
+    """Renders a window into a PNG file, `shrink` pixels averaged into one each way, and tells its size."""
+    from vtkmodules.vtkImagingCore import vtkImageShrink3D
+    from vtkmodules.vtkIOImage import vtkPNGWriter
+    from vtkmodules.vtkRenderingCore import vtkWindowToImageFilter
+    window.Render()
+    image = vtkWindowToImageFilter()
+    image.SetInput(window)
+    image.ReadFrontBufferOff()
+    small = vtkImageShrink3D()
+    small.SetInputConnection(image.GetOutputPort())
+    small.SetShrinkFactors(shrink, shrink, 1)
+    small.MeanOn()
+    writer = vtkPNGWriter()
+    writer.SetFileName(str(path))
+    writer.SetCompressionLevel(9)
+    writer.SetInputConnection(small.GetOutputPort())
+    writer.Write()
+    window.Finalize()
+    print(f"  {path.name}: {path.stat().st_size / 1000:.0f} kB", flush=True)
+
+
 def draw(path, panels, direction, up, box, size=(480, 400), zoom=1.0):
     """Panels side by side as a PNG file, all seen from `direction` at the scale at which `box`, the bounds (x0, x1, y0,
     y1, z0, z1), fills a panel of `size` pixels."""
     import vtkmodules.vtkRenderingFreeType  # noqa: F401 (implementations are registered by importing them)
     import vtkmodules.vtkRenderingOpenGL2  # noqa: F401
-    from vtkmodules.vtkImagingCore import vtkImageShrink3D
-    from vtkmodules.vtkIOImage import vtkPNGWriter
-    from vtkmodules.vtkRenderingCore import vtkLight, vtkRenderer, vtkRenderWindow, vtkTextActor, vtkWindowToImageFilter
+    from vtkmodules.vtkRenderingCore import vtkRenderer, vtkRenderWindow
     import numpy as np
 
     direction, up = (np.array(v, float) / np.linalg.norm(v) for v in (direction, up))
@@ -135,22 +182,8 @@ def draw(path, panels, direction, up, box, size=(480, 400), zoom=1.0):
         renderer.SetBackground(1, 1, 1)
         for actor in panel.actors:
             renderer.AddActor(actor)
-        text = vtkTextActor()
-        text.SetInput(panel.caption)
-        text.GetTextProperty().SetColor(0, 0, 0)
-        text.GetTextProperty().SetFontSize(SHARPNESS * 15)
-        text.GetTextProperty().SetJustificationToCentered()
-        text.SetPosition(SHARPNESS * size[0] / 2, SHARPNESS * 6)
-        renderer.AddActor2D(text)
-        renderer.RemoveAllLights()
-        renderer.AutomaticLightCreationOff()
-        for offset, intensity in (((0.4, 0.8, 1.0), 0.9), ((-0.9, 0.1, 0.7), 0.4)):
-            light = vtkLight()
-            light.SetLightTypeToCameraLight()
-            light.SetPosition(*offset)
-            light.SetFocalPoint(0, 0, 0)
-            light.SetIntensity(intensity)
-            renderer.AddLight(light)
+        add_caption(renderer, panel.caption, SHARPNESS * size[0], SHARPNESS * 15)
+        set_lights(renderer, (((0.4, 0.8, 1.0), 0.9), ((-0.9, 0.1, 0.7), 0.4)))
         camera = renderer.GetActiveCamera()
         camera.ParallelProjectionOn()
         scale = max(extent_up * size[1] / (size[1] - margin), extent_right * size[1] / size[0]) / zoom
@@ -161,18 +194,4 @@ def draw(path, panels, direction, up, box, size=(480, 400), zoom=1.0):
         camera.SetParallelScale(scale)
         renderer.ResetCameraClippingRange()
         window.AddRenderer(renderer)
-    window.Render()
-    image = vtkWindowToImageFilter()
-    image.SetInput(window)
-    image.ReadFrontBufferOff()
-    writer = vtkPNGWriter()
-    writer.SetFileName(str(path))
-    writer.SetCompressionLevel(9)
-    small = vtkImageShrink3D()
-    small.SetInputConnection(image.GetOutputPort())
-    small.SetShrinkFactors(SHARPNESS, SHARPNESS, 1)
-    small.MeanOn()
-    writer.SetInputConnection(small.GetOutputPort())
-    writer.Write()
-    window.Finalize()
-    print(f"  {path.name}: {path.stat().st_size / 1000:.0f} kB", flush=True)
+    write(window, path, SHARPNESS)
