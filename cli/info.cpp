@@ -1,3 +1,4 @@
+#include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/mesh_topology.h>
 #include <gpsrecon/io/io.h>
 #include <algorithm>
@@ -21,19 +22,17 @@ Json json_of(const Vec3& v) {
 /// Bounding box and diagonal in world coordinates, of the finite positions.
 void describe_positions(const std::vector<Vec3>& positions, const Frame& frame, Json& info) {
   std::size_t finite = 0;
-  Vec3 low = Vec3::Zero(), high = Vec3::Zero();
+  Box3 box;
   for (const Vec3& p : positions) {
     if (!p.allFinite()) continue;
-    const Vec3 world = frame.to_world(p);
-    low = finite == 0 ? world : low.cwiseMin(world);
-    high = finite == 0 ? world : high.cwiseMax(world);
+    box.extend(frame.to_world(p));
     ++finite;
   }
   if (finite < positions.size()) info["non_finite"] = positions.size() - finite;
   if (finite == 0) return;
-  info["bbox_min"] = json_of(low);
-  info["bbox_max"] = json_of(high);
-  info["diagonal"] = (high - low).norm();
+  info["bbox_min"] = json_of(box.min());
+  info["bbox_max"] = json_of(box.max());
+  info["diagonal"] = diagonal_length(box);
 }
 
 /// Names all columns among the attributes, and those that hold labels once more.

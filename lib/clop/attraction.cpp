@@ -1,4 +1,5 @@
 #include <gpsrecon/clop/attraction.h>
+#include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/parallel.h>
 #include <algorithm>
 #include <cmath>
@@ -27,9 +28,7 @@ struct Ball {
 };
 
 Ball enclosing_ball(std::span<const Vec3> points) {
-  Vec3 low = points.front(), high = points.front();
-  for (const Vec3& p : points) low = low.cwiseMin(p), high = high.cwiseMax(p);
-  Ball ball{0.5 * (low + high), 0};
+  Ball ball{bounding_box(points).center(), 0};
   for (const Vec3& p : points) ball.radius = std::max(ball.radius, (p - ball.center).norm());
   ball.radius *= 1 + 1e-12;  // what lies on it must be found
   return ball;

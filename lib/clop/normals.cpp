@@ -1,7 +1,9 @@
 #include <gpsrecon/clop/normals.h>
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/neighbors.h>
+#include <gpsrecon/core/order_statistics.h>
 #include <gpsrecon/core/parallel.h>
+#include <gpsrecon/core/principal_axes.h>
 #include <gpsrecon/core/sym3.h>
 #include <algorithm>
 #include <array>
@@ -21,7 +23,6 @@ constexpr std::size_t scale_samples = 16384;  // a median needs no more places t
 constexpr std::size_t noise_neighbors = 48;   // as many as show noise rather than spacing
 constexpr double line_ratio = 0.1 * 0.1;      // of the variances of what is a line
 constexpr std::size_t most_doublings = 3;     // of the neighbours of a line
-constexpr double collinear_ratio = 1e-9;      // of the extents of points on one line
 
 /// Below this angle a Weiszfeld weight 1/d grows no more.
 constexpr double smallest_angle = 1e-5;
@@ -39,37 +40,6 @@ constexpr double angular_h = std::numbers::pi;
 void check_finite(std::span<const Vec3> queries) {
   for (std::size_t i = 0; i < queries.size(); ++i)
     if (!queries[i].allFinite()) throw InvariantError("normals: query " + std::to_string(i) + " is not finite");
-}
-
-double median(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-Eigen3 principal_axes(std::span<const Vec3> points, const Vec3& center, const std::vector<Neighbor>& near) {
-  const double share = 1.0 / static_cast<double>(near.size());
-  Vec3 mean = Vec3::Zero();
-  for (const Neighbor& n : near) mean += share * (points[n.index] - center);
-  Sym3 covariance;
-  for (const Neighbor& n : near) covariance += share * Sym3::outer(points[n.index] - center - mean);
-  return eigen_decomposition(covariance);
-}
-
-/// Squared deviations would lose half the digits of the ratio.
-bool on_a_line(std::span<const Vec3> points) {
-  Vec3 mean = Vec3::Zero();
-  for (const Vec3& p : points) mean += p / static_cast<double>(points.size());
-  Sym3 scatter;
-  for (const Vec3& p : points) scatter += Sym3::outer(p - mean);
-  const Vec3 axis = eigen_decomposition(scatter).vectors.col(2);
-  double along = 0, across = 0;
-  for (const Vec3& p : points) {
-    const Vec3 d = p - mean;
-    along = std::max(along, std::abs(axis.dot(d)));
-    across = std::max(across, (d - axis.dot(d) * axis).norm());
-  }
-  return across <= collinear_ratio * along;
 }
 
 void refuse_few(std::size_t n) {
@@ -94,7 +64,8 @@ Sampling sampling_of(std::span<const Vec3> points, const Neighbors& index, const
         for (std::size_t i = begin; i < end; ++i) {
           const Vec3& center = points[i * stride];
           index.nearest(center, noise_neighbors, near);
-          thicknesses[i] = std::sqrt(std::max(0.0, principal_axes(points, center, near).values[0]));
+          thicknesses[i] =
+              std::sqrt(std::max(0.0, eigen_decomposition(local_covariance(points, center, near)).values[0]));
           const std::size_t k = std::min(spacing_neighbors, near.size());
           spacings[i] = near[k - 1].distance * std::sqrt(std::numbers::pi / static_cast<double>(k));
         }
@@ -338,7 +309,7 @@ std::vector<Vec3> pca_normals(std::span<const Vec3> queries, std::span<const Vec
           Eigen3 axes;
           for (std::size_t doublings = 0; doublings <= most_doublings; ++doublings) {
             index.nearest(queries[i], k << doublings, near);
-            axes = principal_axes(points, queries[i], near);
+            axes = eigen_decomposition(local_covariance(points, queries[i], near));
             if (axes.values[1] > line_ratio * axes.values[2] || near.size() == points.size()) break;
           }
           normals[i] = axes.vectors.col(0);

@@ -1,10 +1,11 @@
 #include <gpsrecon/clop/orientation.h>
+#include <gpsrecon/core/disjoint_sets.h>
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/neighbors.h>
+#include <gpsrecon/core/order_statistics.h>
 #include <gpsrecon/core/parallel.h>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <string>
 
 namespace gpsrecon {
@@ -74,66 +75,20 @@ std::vector<Link> neighbor_links(std::span<const Vec3> positions, const std::vec
   return all;
 }
 
-/// A forest of joined points, which knows of each whether it has to be turned to agree with its root.
-class SignedForest {
- public:
-  explicit SignedForest(std::size_t n) : parent_(n), size_(n, 1), turned_(n, 0) {
-    std::iota(parent_.begin(), parent_.end(), Index{0});
-  }
-
-  struct Root {
-    Index index;
-    bool turned;
-  };
-  Root root(Index i) {
-    Root found{i, false};
-    while (parent_[found.index] != found.index) {
-      found.turned ^= turned_[found.index] != 0;
-      found.index = parent_[found.index];
-    }
-    // Paths are shortened on the way back.
-    bool turned = found.turned;
-    while (parent_[i] != i) {
-      const Index up = parent_[i];
-      const bool rest = turned != (turned_[i] != 0);
-      parent_[i] = found.index;
-      turned_[i] = turned ? 1 : 0;
-      i = up;
-      turned = rest;
-    }
-    return found;
-  }
-  void join(const Link& link) {
-    const Root a = root(link.a), b = root(link.b);
-    if (a.index == b.index) return;
-    const bool turned = (a.turned != b.turned) == link.agree;
-    const auto [low, high] =
-        size_[a.index] < size_[b.index] ? std::pair(a.index, b.index) : std::pair(b.index, a.index);
-    parent_[low] = high;
-    turned_[low] = turned ? 1 : 0;
-    size_[high] += size_[low];
-  }
-
- private:
-  std::vector<Index> parent_;
-  std::vector<Index> size_;
-  std::vector<char> turned_;  ///< against the parent
-};
-
 /// Numbers of the components of the points, in order of first appearance.
 struct Parts {
   std::vector<Index> of_point;
   std::size_t count = 0;
 };
 
-Parts turn_to_roots(std::vector<Vec3>& normals, SignedForest& forest) {
+Parts turn_to_roots(std::vector<Vec3>& normals, DisjointSets& forest) {
   Parts parts{std::vector<Index>(normals.size()), 0};
   std::vector<Index> number(normals.size(), no_index);
   for (std::size_t i = 0; i < normals.size(); ++i) {
-    const auto [root, turned] = forest.root(static_cast<Index>(i));
+    const auto [root, sign] = forest.root(static_cast<Index>(i));
     if (number[root] == no_index) number[root] = static_cast<Index>(parts.count++);
     parts.of_point[i] = number[root];
-    if (turned) normals[i] = -normals[i];
+    if (sign < 0) normals[i] = -normals[i];
   }
   return parts;
 }
@@ -146,9 +101,7 @@ std::vector<std::vector<Index>> settled_points(const Parts& parts, const std::ve
   for (std::vector<Index>& points : settled) {
     distances.clear();
     for (const Index i : points) distances.push_back(remoteness[i]);
-    const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
-    std::nth_element(distances.begin(), middle, distances.end());
-    const double limit = most_remote * *middle;
+    const double limit = most_remote * median(distances);
     std::erase_if(points, [&](Index i) { return remoteness[i] > limit; });
   }
   return settled;
@@ -216,12 +169,12 @@ std::size_t orient_by_propagation(std::vector<Vec3>& normals, std::span<const Ve
   options.check();
   check_lengths(normals.size(), positions.size(), "positions");
   if (positions.empty()) return 0;
-  SignedForest forest(positions.size());
+  DisjointSets forest(positions.size());
   std::vector<double> remoteness;
   // The links that join something, in this order, are those of a minimum spanning forest (Kruskal 1956).
   for (const Link& link :
        neighbor_links(positions, normals, static_cast<std::size_t>(options.neighbors), remoteness, context))
-    forest.join(link);
+    forest.join(link.a, link.b, link.agree ? 1 : -1);
   context.progress("orientation", 0.9);
   const Parts parts = turn_to_roots(normals, forest);
   const std::vector<std::vector<Index>> settled = settled_points(parts, remoteness);

@@ -1,4 +1,5 @@
 #include <gpsrecon/clop/particles.h>
+#include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/neighbors.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/core/random.h>
@@ -63,16 +64,15 @@ std::vector<Index> one_per_cell(const std::vector<Vec3>& points, const Vec3& low
 
 /// The finest grid with at most `count` occupied cells, by bisection of the logarithm of its cells.
 std::vector<Index> uniform_subset(const std::vector<Vec3>& points, std::size_t count, std::uint64_t seed) {
-  Vec3 low = points.front(), high = points.front();
-  for (const Vec3& p : points) low = low.cwiseMin(p), high = high.cwiseMax(p);
-  const double diagonal = (high - low).norm();
+  const Box3 box = bounding_box(points);
+  const double diagonal = diagonal_length(box);
   std::vector<Index> chosen{0};
   if (diagonal > 0) {
     // No finer than a millionth of the diagonal: cells must be countable.
     double coarse = 1, fine = 1e-6;
     for (int step = 0; step < 24; ++step) {
       const double middle = std::sqrt(coarse * fine);
-      std::vector<Index> trial = one_per_cell(points, low, middle * diagonal);
+      std::vector<Index> trial = one_per_cell(points, box.min(), middle * diagonal);
       if (trial.size() <= count) {
         coarse = middle;
         if (trial.size() > chosen.size()) chosen = std::move(trial);

@@ -1,15 +1,13 @@
+#include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/clean.h>
 #include <gpsrecon/core/error.h>
+#include <gpsrecon/core/order_statistics.h>
 #include <gpsrecon/core/parallel.h>
 #include <algorithm>
 #include <bit>
 
 namespace gpsrecon {
 namespace {
-
-struct Box {
-  Vec3 low, high;
-};
 
 std::vector<Index> finite_points(const PointCloud& cloud) {
   std::vector<Index> finite;
@@ -21,37 +19,26 @@ std::vector<Index> finite_points(const PointCloud& cloud) {
 
 /// Per axis the 1 % and 99 % quantiles, so that a few far points do not set the scale; the full box if these coincide
 /// on all axes.
-Box robust_box(const std::vector<Vec3>& points, const std::vector<Index>& finite) {
-  Box box;
+Box3 robust_box(const std::vector<Vec3>& points, const std::vector<Index>& finite) {
+  Box3 box;
   std::vector<double> values(finite.size());
   const std::size_t low = finite.size() / 100, high = finite.size() - 1 - low;
   for (int axis = 0; axis < 3; ++axis) {
     for (std::size_t i = 0; i < finite.size(); ++i) values[i] = points[finite[i]][axis];
-    const auto at = [&values](std::size_t rank) {
-      const auto nth = values.begin() + static_cast<std::ptrdiff_t>(rank);
-      std::nth_element(values.begin(), nth, values.end());
-      return *nth;
-    };
-    box.low[axis] = at(low);
-    box.high[axis] = at(high);
+    box.min()[axis] = value_of_rank(values, low);
+    box.max()[axis] = value_of_rank(values, high);
   }
-  if (box.low != box.high) return box;
-  box.low = box.high = points[finite.front()];
-  for (const Index i : finite) {
-    box.low = box.low.cwiseMin(points[i]);
-    box.high = box.high.cwiseMax(points[i]);
-  }
-  return box;
+  return box.min() != box.max() ? box : bounding_box(points, finite);
 }
 
-Frame choose_frame(const Box& box) {
+Frame choose_frame(const Box3& box) {
   Frame frame;
-  const double diagonal = (box.high - box.low).norm();
+  const double diagonal = box.diagonal().norm();
   if (diagonal > 0 && std::isfinite(diagonal)) std::frexp(diagonal, &frame.exponent), --frame.exponent;
   // A coarse grid for the origin keeps the change of frame free of rounding for all but far-away coordinates, so that
   // files in world coordinates give back the local bits.
   const double grid = std::ldexp(1.0, frame.exponent - 8);
-  const Vec3 center = 0.5 * box.low + 0.5 * box.high;
+  const Vec3 center = 0.5 * box.min() + 0.5 * box.max();
   for (int axis = 0; axis < 3; ++axis) frame.origin[axis] = std::nearbyint(center[axis] / grid) * grid;
   return frame;
 }
@@ -66,11 +53,11 @@ std::uint64_t spread_bits(std::uint64_t v) {
 }
 
 /// Morton code in the robust box. Ratios of lengths only, so that the code does not depend on units.
-std::uint64_t morton_code(const Vec3& point, const Box& box, double extent) {
+std::uint64_t morton_code(const Vec3& point, const Box3& box, double extent) {
   constexpr double cells = 1 << 21;
   std::uint64_t code = 0;
   for (int axis = 0; axis < 3; ++axis) {
-    const double share = extent > 0 ? (point[axis] - box.low[axis]) / extent : 0;
+    const double share = extent > 0 ? (point[axis] - box.min()[axis]) / extent : 0;
     const auto cell = static_cast<std::uint64_t>(std::clamp(share * cells, 0.0, cells - 1));
     code |= spread_bits(cell) << axis;
   }
@@ -86,9 +73,9 @@ CleanCloud clean(const PointCloud& world, const RunContext& context) {
   result.non_finite = world.size() - finite.size();
   if (finite.empty()) throw InputError("the cloud holds no finite point (" + std::to_string(world.size()) + " rows)");
 
-  const Box box = robust_box(points, finite);
+  const Box3 box = robust_box(points, finite);
   const Frame frame = choose_frame(box);
-  const double extent = (box.high - box.low).maxCoeff();
+  const double extent = box.diagonal().maxCoeff();
 
   struct Key {
     std::uint64_t code;

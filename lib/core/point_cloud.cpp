@@ -1,5 +1,6 @@
 #include <gpsrecon/core/point_cloud.h>
 
+#include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/error.h>
 #include <algorithm>
 #include <cctype>
@@ -72,13 +73,7 @@ void validate(const PointCloud& cloud) {
 }
 
 double bounding_box_diagonal(const std::vector<Vec3>& positions) {
-  if (positions.empty()) return 0;
-  Vec3 low = positions.front(), high = positions.front();
-  for (const Vec3& p : positions) {
-    low = low.cwiseMin(p);
-    high = high.cwiseMax(p);
-  }
-  return (high - low).norm();
+  return diagonal_length(bounding_box(positions));
 }
 
 PointCloud select(const PointCloud& cloud, const std::vector<Index>& keep) {

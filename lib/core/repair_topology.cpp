@@ -1,3 +1,4 @@
+#include <gpsrecon/core/disjoint_sets.h>
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/mesh_topology.h>
 #include <gpsrecon/core/repair_topology.h>
@@ -95,28 +96,22 @@ std::vector<Pair> orient(const std::vector<std::vector<Index>>& faces, const std
 /// Gives every set of corners of a vertex that hang together by joined sides a vertex of their own, and turns faces.
 void part(std::vector<std::vector<Index>>& faces, const std::vector<Pair>& joined, const std::vector<bool>& turned,
           TopologyRepair& repair) {
-  std::vector<std::size_t> first(faces.size() + 1, 0);
-  for (Index f = 0; f < faces.size(); ++f) first[f + 1] = first[f] + faces[f].size();
-  std::vector<std::size_t> root(first.back());
-  std::iota(root.begin(), root.end(), std::size_t{0});
-  const auto find = [&](std::size_t c) {
-    while (root[c] != c) c = root[c] = root[root[c]];
-    return c;
-  };
+  std::vector<Index> first(faces.size() + 1, 0);
+  for (Index f = 0; f < faces.size(); ++f) first[f + 1] = first[f] + static_cast<Index>(faces[f].size());
+  DisjointSets sets(first.back());
   for (const Pair& pair : joined)
     for (const Index end : {0U, 1U}) {
       const Index k = (pair.a.k + end) % static_cast<Index>(faces[pair.a.face].size());
       const std::vector<Index>& other = faces[pair.b.face];
       const Index next = (pair.b.k + 1) % static_cast<Index>(other.size());
       const Index match = other[pair.b.k] == faces[pair.a.face][k] ? pair.b.k : next;
-      const std::size_t a = find(first[pair.a.face] + k), b = find(first[pair.b.face] + match);
-      root[std::max(a, b)] = std::min(a, b);
+      sets.join(first[pair.a.face] + k, first[pair.b.face] + match);
     }
   std::vector<Index> vertex(first.back(), no_index);
   std::vector<bool> taken(repair.origin.size(), false);
   for (Index f = 0; f < faces.size(); ++f)
     for (Index k = 0; k < faces[f].size(); ++k) {
-      const std::size_t set = find(first[f] + k);
+      const Index set = sets.find(first[f] + k);
       if (vertex[set] == no_index) {
         const Index old = faces[f][k];
         if (!taken[old]) {
@@ -131,7 +126,7 @@ void part(std::vector<std::vector<Index>>& faces, const std::vector<Pair>& joine
     }
   for (Index f = 0; f < faces.size(); ++f) {
     std::vector<Index> corners;
-    for (Index k = 0; k < faces[f].size(); ++k) corners.push_back(vertex[find(first[f] + k)]);
+    for (Index k = 0; k < faces[f].size(); ++k) corners.push_back(vertex[sets.find(first[f] + k)]);
     if (turned[f]) std::reverse(corners.begin() + 1, corners.end());
     faces[f] = std::move(corners);
   }

@@ -161,16 +161,6 @@ struct FitState {
   std::vector<double> losses;  ///< of the points, see point_losses()
 };
 
-/// Diagonal of the bounding box.
-double extent(const std::vector<Vec3>& positions) {
-  Vec3 low = positions.front(), high = low;
-  for (const Vec3& p : positions) {
-    low = low.cwiseMin(p);
-    high = high.cwiseMax(p);
-  }
-  return (high - low).norm();
-}
-
 /// How many vertices may still be added.
 std::size_t room(const CovMesh& mesh, const FitOptions& options) {
   const std::size_t n = mesh.vertices.size(), most = options.max_vertices > 0 ? options.max_vertices : no_index;
@@ -257,7 +247,8 @@ std::vector<double> Fitting::round(Fit& fit, const Connectivity& topology, int s
   const Residuals residuals = robust_residuals(surface, state.assignment, cloud, held_out, typical);
   const std::vector<Index> control = surface.control_of_samples();
   for (Index& s : state.assignment.sample) s = control[s];
-  if (typical <= rounding * extent(samples.positions)) return std::vector<double>(topology.edge_count(), 0.0);
+  if (typical <= rounding * bounding_box_diagonal(samples.positions))
+    return std::vector<double>(topology.edge_count(), 0.0);
   return edges_with_detail(surface, topology, residuals);
 }
 

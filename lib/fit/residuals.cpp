@@ -1,4 +1,5 @@
 #include <gpsrecon/core/neighbors.h>
+#include <gpsrecon/core/order_statistics.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/fit/residuals.h>
 #include <algorithm>
@@ -16,12 +17,6 @@ void measure_offsets(const SurfaceSamples& samples, const PointCloud& cloud, con
     const Index s = assignment.sample[i];
     assignment.offset[i] = samples.normals[s].dot(cloud.positions[i] - samples.positions[s]);
   });
-}
-
-double median_in_place(std::vector<double>::iterator begin, std::vector<double>::iterator end) {
-  const auto middle = begin + (end - begin) / 2;
-  std::nth_element(begin, middle, end);
-  return *middle;
 }
 
 /// Larger than this many median offsets of all points the scale does not become: where only outliers are left around a
@@ -42,7 +37,7 @@ std::vector<double> local_scales(const std::vector<Index>& control, std::size_t 
   std::vector<double> scale(control_count, floor);
   for (std::size_t v = 0; v < control_count; ++v)
     if (begin[v + 1] - begin[v] >= min_points_for_scale)
-      scale[v] = std::clamp(median_in_place(grouped.begin() + begin[v], grouped.begin() + begin[v + 1]), floor,
+      scale[v] = std::clamp(median(std::span(grouped).subspan(begin[v], begin[v + 1] - begin[v])), floor,
                             largest_scale * floor);
   return scale;
 }
@@ -106,7 +101,7 @@ double median_offset(const Assignment& assignment) {
   std::vector<double> magnitudes(assignment.offset.size());
   std::transform(assignment.offset.begin(), assignment.offset.end(), magnitudes.begin(),
                  [](double d) { return std::abs(d); });
-  return median_in_place(magnitudes.begin(), magnitudes.end());
+  return median(magnitudes);
 }
 
 Residuals robust_residuals(const LimitSurface& surface, const Assignment& assignment, const PointCloud& cloud,

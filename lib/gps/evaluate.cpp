@@ -1,4 +1,6 @@
+#include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/error.h>
+#include <gpsrecon/core/order_statistics.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/gps/dual.h>
 #include <gpsrecon/gps/evaluate.h>
@@ -104,16 +106,10 @@ Curvature curvature(const SurfacePoint& p) {
 
 Normalization normalization(const Mixture& control) {
   if (control.empty()) return {};
-  Vec3 low = control.means.front(), high = low;
-  for (const Vec3& mean : control.means) {
-    low = low.cwiseMin(mean);
-    high = high.cwiseMax(mean);
-  }
+  const Box3 box = bounding_box(control.means);
   std::vector<double> traces(control.size());
   for (std::size_t i = 0; i < traces.size(); ++i) traces[i] = control.covariances[i].trace();
-  const auto median = traces.begin() + static_cast<std::ptrdiff_t>(traces.size() / 2);
-  std::nth_element(traces.begin(), median, traces.end());
-  return {0.5 * (low + high), *median};
+  return {box.center(), median(traces)};
 }
 
 std::vector<DualPoint> dual_points(const Mixture& control, const Normalization& normal_form,

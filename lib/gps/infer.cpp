@@ -1,4 +1,5 @@
 #include <gpsrecon/core/connectivity.h>
+#include <gpsrecon/core/order_statistics.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/gps/infer.h>
 #include <algorithm>
@@ -159,10 +160,9 @@ std::size_t fill_missing(const FaceList& faces, std::vector<Sym3>& covariances) 
   const std::size_t missing = covariances.size() - traces.size();
   if (missing == 0) return 0;
   fill_from_neighbors(faces, covariances);
-  const auto median = traces.begin() + static_cast<std::ptrdiff_t>(traces.size() / 2);
-  std::nth_element(traces.begin(), median, traces.end());
+  const Sym3 typical = Sym3::identity(median(traces) / 3);
   for (Sym3& covariance : covariances)
-    if (!is_known(covariance)) covariance = Sym3::identity(*median / 3);
+    if (!is_known(covariance)) covariance = typical;
   return missing;
 }
 

@@ -1,5 +1,6 @@
 #include <gpsrecon/core/neighbors.h>
 #include <gpsrecon/core/parallel.h>
+#include <gpsrecon/core/principal_axes.h>
 #include <gpsrecon/hem/initial_mixture.h>
 #include <algorithm>
 #include <cmath>
@@ -7,16 +8,6 @@
 
 namespace gpsrecon {
 namespace {
-
-/// Covariance of the points nearest to `center`, itself included.
-Sym3 local_covariance(const std::vector<Vec3>& points, const Vec3& center, const std::vector<Neighbor>& near) {
-  const double share = 1.0 / static_cast<double>(near.size());
-  Vec3 mean = Vec3::Zero();
-  for (const Neighbor& n : near) mean += share * (points[n.index] - center);
-  Sym3 covariance;
-  for (const Neighbor& n : near) covariance += share * Sym3::outer(points[n.index] - center - mean);
-  return covariance;
-}
 
 /// Largest spacing a point is given, in spacings of the cloud.
 constexpr double max_sparseness = 3;

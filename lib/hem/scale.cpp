@@ -1,5 +1,7 @@
 #include <gpsrecon/core/neighbors.h>
+#include <gpsrecon/core/order_statistics.h>
 #include <gpsrecon/core/parallel.h>
+#include <gpsrecon/core/principal_axes.h>
 #include <gpsrecon/core/sym3.h>
 #include <gpsrecon/hem/scale.h>
 #include <algorithm>
@@ -16,12 +18,6 @@ constexpr double sheet_flatness = 0.4;
 // A median needs no more places than this.
 constexpr std::size_t noise_samples = 16384;
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 std::vector<double> neighbor_distances(const std::vector<Vec3>& points, const Neighbors& index, std::size_t k,
                                        const RunContext& context) {
   std::vector<double> distances(points.size());
@@ -35,15 +31,6 @@ std::vector<double> neighbor_distances(const std::vector<Vec3>& points, const Ne
   return distances;
 }
 
-Eigen3 principal_axes(const std::vector<Vec3>& points, const Vec3& center, const std::vector<Neighbor>& near) {
-  Vec3 mean = Vec3::Zero();
-  for (const Neighbor& n : near) mean += points[n.index] - center;
-  mean /= static_cast<double>(near.size());
-  Sym3 covariance;
-  for (const Neighbor& n : near) covariance += Sym3::outer(points[n.index] - center - mean);
-  return eigen_decomposition(covariance * (1.0 / static_cast<double>(near.size())));
-}
-
 /// A point far from its neighbours may lie where the surface was sampled thinly: then its neighbours are as far from
 /// theirs, and all lie in a sheet.
 bool in_sparse_sheet(const std::vector<Vec3>& points, const Neighbors& index, const std::vector<double>& distances,
@@ -52,8 +39,8 @@ bool in_sparse_sheet(const std::vector<Vec3>& points, const Neighbors& index, co
   index.nearest(points[i], 2 * spacing_neighbors, near);
   std::vector<double> around;
   for (const Neighbor& n : near) around.push_back(distances[n.index]);
-  if (distances[i] > 2 * median(std::move(around))) return false;
-  const Vec3 variance = principal_axes(points, points[i], near).values;
+  if (distances[i] > 2 * median(around)) return false;
+  const Vec3 variance = eigen_decomposition(local_covariance(points, points[i], near)).values;
   return variance[0] < sheet_flatness * sheet_flatness * variance[1];
 }
 
@@ -120,17 +107,17 @@ void estimate_noise(const std::vector<Vec3>& points, const Neighbors& index, con
         for (std::size_t s = begin; s < end; ++s) {
           const Vec3& center = points[s * stride];
           index.nearest(center, noise_neighbors, found);
-          const Eigen3 axes = principal_axes(points, center, found);
+          const Eigen3 axes = eigen_decomposition(local_covariance(points, center, found));
           thickness[s] = smallest_deviation(axes);
           if (keep_one_sheet(points, axes.vectors.col(0), found))
-            of_one_sheet[s] = smallest_deviation(principal_axes(points, center, found));
+            of_one_sheet[s] = smallest_deviation(eigen_decomposition(local_covariance(points, center, found)));
         }
       },
       512);
   std::erase_if(of_one_sheet, [](double t) { return t < 0; });
   const double walls = static_cast<double>(of_one_sheet.size()) / static_cast<double>(thickness.size());
   scale.thin_walls = walls >= least_walls;
-  scale.noise = median(scale.thin_walls ? std::move(of_one_sheet) : std::move(thickness));
+  scale.noise = median(scale.thin_walls ? of_one_sheet : thickness);
 }
 
 }  // namespace
@@ -150,7 +137,8 @@ Scale estimate_scale(const PointCloud& cloud, const ScaleOptions& options, const
   context.progress("scale", 0.6);
 
   Scale scale;
-  const double typical = median(distances);
+  std::vector<double> reordered = distances;
+  const double typical = median(reordered);
   // A disc of the distance to the k-th neighbour holds k + 1 points.
   scale.spacing = typical * std::sqrt(std::numbers::pi / static_cast<double>(k + 1));
   estimate_noise(cloud.positions, index, context, scale);

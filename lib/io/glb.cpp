@@ -1,5 +1,6 @@
 // Meshes as glTF 2.0 in its binary form (GLB): one node with one mesh of one primitive.
 
+#include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/error.h>
 #include <array>
 #include <bit>
@@ -36,9 +37,8 @@ void set_positions(const Mesh& mesh, const std::string& path, Content& content) 
   world.reserve(mesh.positions.size());
   for (const Vec3& p : mesh.positions) world.push_back(mesh.frame.to_world(p));
   if (!float_suffices(world)) {
-    Vec3 low = world.front(), high = low;
-    for (const Vec3& p : world) low = low.cwiseMin(p), high = high.cwiseMax(p);
-    content.translation = low + 0.5 * (high - low);
+    const Box3 box = bounding_box(world);
+    content.translation = box.min() + 0.5 * box.diagonal();
   }
   for (const Vec3& p : world) {
     content.positions.push_back((p - content.translation).cast<float>());
@@ -82,8 +82,9 @@ void set_corners(const Mesh& mesh, Content& content) {
 }
 
 Json box_of(const std::vector<Vec3f>& positions) {
-  Vec3f low = positions.front(), high = low;
-  for (const Vec3f& p : positions) low = low.cwiseMin(p), high = high.cwiseMax(p);
+  Eigen::AlignedBox3f box;
+  for (const Vec3f& p : positions) box.extend(p);
+  const Vec3f &low = box.min(), &high = box.max();
   return {{"min", {low.x(), low.y(), low.z()}}, {"max", {high.x(), high.y(), high.z()}}};
 }
 

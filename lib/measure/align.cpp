@@ -1,5 +1,6 @@
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/neighbors.h>
+#include <gpsrecon/core/order_statistics.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/core/random.h>
 #include <gpsrecon/measure/align.h>
@@ -79,10 +80,9 @@ double rms(const std::vector<Match>& matches, const std::vector<char>& used) {
 std::vector<char> close_enough(const std::vector<Match>& matches, double trim) {
   std::vector<double> distances;
   for (const Match& m : matches) distances.push_back(m.distance);
-  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
-  std::nth_element(distances.begin(), middle, distances.end());
+  const double farthest = trim * median(distances);
   std::vector<char> used(matches.size());
-  for (std::size_t i = 0; i < matches.size(); ++i) used[i] = matches[i].distance <= trim * *middle ? 1 : 0;
+  for (std::size_t i = 0; i < matches.size(); ++i) used[i] = matches[i].distance <= farthest ? 1 : 0;
   return used;
 }
 

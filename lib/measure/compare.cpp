@@ -1,3 +1,4 @@
+#include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/neighbors.h>
 #include <gpsrecon/core/parallel.h>
@@ -24,13 +25,7 @@ void require_faces(const Mesh& mesh, const char* what) {
 
 /// Of the vertices that faces use, in the units of the positions.
 double used_diagonal(const Mesh& mesh) {
-  const Index first = mesh.faces.corners.at(0);
-  Vec3 low = mesh.positions.at(first), high = low;
-  for (const Index v : mesh.faces.corners) {
-    low = low.cwiseMin(mesh.positions[v]);
-    high = high.cwiseMax(mesh.positions[v]);
-  }
-  return (high - low).norm();
+  return diagonal_length(bounding_box(mesh.positions, mesh.faces.corners));
 }
 
 DistanceMeasures summarise(const std::vector<ClosestPoint>& found, std::span<const Vec3> points,

@@ -3,6 +3,7 @@
 #include <CGAL/Simple_cartesian.h>
 #include <CGAL/Spatial_sort_traits_adapter_3.h>
 #include <CGAL/hilbert_sort.h>
+#include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/measure/distance.h>
@@ -129,13 +130,9 @@ struct SurfaceDistance::Impl {
 };
 
 void SurfaceDistance::Impl::set_units(const Mesh& mesh) {
-  Vec3 low = mesh.positions[mesh.faces.corners[0]], high = low;
-  for (const Index v : mesh.faces.corners) {
-    low = low.cwiseMin(mesh.positions[v]);
-    high = high.cwiseMax(mesh.positions[v]);
-  }
-  center = low + (high - low) / 2;
-  const double radius = std::max((high - center).maxCoeff(), (center - low).maxCoeff());
+  const Box3 box = bounding_box(mesh.positions, mesh.faces.corners);
+  center = box.min() + box.diagonal() / 2;
+  const double radius = std::max((box.max() - center).maxCoeff(), (center - box.min()).maxCoeff());
   int exponent = 0;
   if (radius > 0) std::frexp(radius, &exponent);
   to_unit = std::ldexp(1.0, -std::clamp(exponent, -1000, 1000));

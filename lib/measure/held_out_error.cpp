@@ -1,4 +1,5 @@
 #include <gpsrecon/core/neighbors.h>
+#include <gpsrecon/core/order_statistics.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/measure/distance.h>
 #include <gpsrecon/measure/held_out_error.h>
@@ -73,9 +74,7 @@ double median_offset(const std::vector<Foot>& feet) {
   std::vector<double> offsets;
   offsets.reserve(feet.size());
   for (const Foot& f : feet) offsets.push_back(std::abs(f.offset));
-  const auto middle = offsets.begin() + static_cast<std::ptrdiff_t>(offsets.size() / 2);
-  std::nth_element(offsets.begin(), middle, offsets.end());
-  return *middle;
+  return median(offsets);
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include <gpsrecon/core/attributes.h>
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/parallel.h>
+#include <gpsrecon/core/principal_axes.h>
 #include <gpsrecon/core/resource_usage.h>
 #include <gpsrecon/core/self_intersections.h>
 #include <gpsrecon/io/io.h>
@@ -10,7 +11,6 @@
 #include <gpsrecon/pipeline/choose_scale.h>
 #include <gpsrecon/pipeline/reconstruct.h>
 #include <gpsrecon/triangulate/orient.h>
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <numeric>
 #include <string>
@@ -22,25 +22,10 @@ namespace {
 /// (hundreds of boundary loops on scans of closed shapes).
 constexpr double sheet_threshold = 0.8;
 
-/// Refused when the second largest principal deviation is below this share of the largest: the points are on a line.
-constexpr double collinear_ratio = 1e-9;
-
 void refuse_degenerate(const PointCloud& cloud) {
   const std::size_t n = cloud.size();
   if (n < 3) throw NoSurfaceError("no surface through " + std::to_string(n) + " distinct point" + (n == 1 ? "" : "s"));
-  Vec3 mean = Vec3::Zero();
-  for (const Vec3& p : cloud.positions) mean += p / static_cast<double>(n);
-  Mat3 scatter = Mat3::Zero();
-  for (const Vec3& p : cloud.positions) scatter += (p - mean) * (p - mean).transpose();
-  // Squared deviations would lose half the digits of the ratio.
-  const Vec3 axis = Eigen::SelfAdjointEigenSolver<Mat3>(scatter).eigenvectors().col(2);
-  double along = 0, across = 0;
-  for (const Vec3& p : cloud.positions) {
-    const Vec3 d = p - mean;
-    along = std::max(along, std::abs(axis.dot(d)));
-    across = std::max(across, (d - axis.dot(d) * axis).norm());
-  }
-  if (across <= collinear_ratio * along) throw NoSurfaceError("all points lie on a line: no surface");
+  if (on_a_line(cloud.positions)) throw NoSurfaceError("all points lie on a line: no surface");
 }
 
 double kernel_width(const PreparedCloud& cloud, const ReconstructOptions& options, const RunContext& context,

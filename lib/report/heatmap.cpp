@@ -1,4 +1,5 @@
 #include <gpsrecon/core/error.h>
+#include <gpsrecon/core/order_statistics.h>
 #include <gpsrecon/measure/distance.h>
 #include <gpsrecon/measure/mesh_measures.h>
 #include <gpsrecon/report/heatmap.h>
@@ -47,9 +48,7 @@ double percentile_99(const std::vector<double>& errors) {
   for (const double e : errors)
     if (!std::isnan(e)) magnitudes.push_back(std::abs(e));
   if (magnitudes.empty()) return 0;
-  const auto at = magnitudes.begin() + static_cast<std::ptrdiff_t>(0.99 * static_cast<double>(magnitudes.size() - 1));
-  std::nth_element(magnitudes.begin(), at, magnitudes.end());
-  return *at;
+  return value_of_rank(magnitudes, static_cast<std::size_t>(0.99 * static_cast<double>(magnitudes.size() - 1)));
 }
 
 ErrorMap finished(std::vector<double> errors, double range, bool is_signed) {

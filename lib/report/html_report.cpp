@@ -1,3 +1,4 @@
+#include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/measure/mesh_measures.h>
 #include <gpsrecon/report/html_report.h>
@@ -418,13 +419,13 @@ std::string bytes_of(const std::vector<std::uint32_t>& values, int width) {
 }
 
 /// JSON for viewer.js; no character in it can end the script element it stands in.
-std::string view_data(const Shown& shown, const Vec3& low, const Vec3& high, const View& view, const ErrorMap& map) {
-  const double longest = std::max((high - low).maxCoeff(), 1e-300);
+std::string view_data(const Shown& shown, const Box3& box, const View& view, const ErrorMap& map) {
+  const double longest = std::max(box.diagonal().maxCoeff(), 1e-300);
   std::vector<std::uint32_t> places, corners, errors;
   for (const Vec3& p : shown.positions)
     for (Eigen::Index k = 0; k < 3; ++k) {
-      const double side = high[k] - low[k];
-      places.push_back(side > 0 ? static_cast<std::uint32_t>(std::lround((p[k] - low[k]) / side * 65535)) : 0U);
+      const double side = box.diagonal()[k];
+      places.push_back(side > 0 ? static_cast<std::uint32_t>(std::lround((p[k] - box.min()[k]) / side * 65535)) : 0U);
     }
   for (const auto& t : shown.faces) corners.insert(corners.end(), t.begin(), t.end());
   for (const std::size_t e : shown.error_class) errors.push_back(static_cast<std::uint32_t>(e));
@@ -433,7 +434,7 @@ std::string view_data(const Shown& shown, const Vec3& low, const Vec3& high, con
   };
   std::string colors;
   for (const Color& c : palette(map.is_signed, classes)) colors += "\"" + hex(c) + "\",";
-  return "{\"box\":" + triple((high - low) / longest) + ",\"view\":" + triple(view.from) +
+  return "{\"box\":" + triple(box.diagonal() / longest) + ",\"view\":" + triple(view.from) +
          ",\"up\":" + triple(view.up) + ",\"palette\":[" + colors + "\"" + hex(no_error_color) +
          "\"],\"positions\":\"" + base64(bytes_of(places, 2)) + "\",\"faces\":\"" + base64(bytes_of(corners, 4)) +
          "\",\"errors\":\"" + base64(bytes_of(errors, 1)) + "\"}";
@@ -485,16 +486,14 @@ std::string html_escaped(const std::string& text) {
 
 std::string html_report(const ErrorReport& report, const Mesh& mesh, const ErrorMap& map, const HtmlOptions& options) {
   options.check();
-  Vec3 low = Vec3::Zero(), high = Vec3::Zero();
-  if (!mesh.positions.empty()) low = high = mesh.positions.front();
-  for (const Vec3& p : mesh.positions) low = low.cwiseMin(p), high = high.cwiseMax(p);
+  const Box3 box = mesh.positions.empty() ? Box3(Vec3(Vec3::Zero())) : bounding_box(mesh.positions);
   const View view = good_view(mesh);
   Shown shown = triangles_of(mesh, map);
   const std::size_t all_faces = shown.faces.size();
   // The number of faces goes with the square of the cells along a side.
   double cells = std::sqrt(static_cast<double>(options.max_faces));
   for (Shown fine = shown; shown.faces.size() > options.max_faces; cells *= 0.8)
-    shown = clustered(fine, low, (high - low).maxCoeff() / cells);
+    shown = clustered(fine, box.min(), box.diagonal().maxCoeff() / cells);
 
   const Picture picture = draw(colored(mesh, map), view, 600, 420);
   std::string body = "<h1>" + html_escaped(options.title) + "</h1>\n<p class=\"note\">gpsrecon " +
@@ -515,7 +514,7 @@ std::string html_report(const ErrorReport& report, const Mesh& mesh, const Error
           options_section(report);
   return replaced(html_page(), {{"@TITLE@", html_escaped(options.title)},
                                 {"@BODY@", body},
-                                {"@DATA@", view_data(shown, low, high, view, map)},
+                                {"@DATA@", view_data(shown, box, view, map)},
                                 {"@VIEWER@", html_viewer()}});
 }
 

@@ -1,5 +1,6 @@
+#include <gpsrecon/core/bounding_box.h>
+#include <gpsrecon/core/principal_axes.h>
 #include <gpsrecon/report/picture.h>
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -8,14 +9,9 @@
 namespace gpsrecon {
 
 View good_view(const Mesh& mesh) {
-  Vec3 mean = Vec3::Zero();
-  for (const Vec3& p : mesh.positions) mean += p / static_cast<double>(mesh.positions.size());
-  Mat3 scatter = Mat3::Zero();
-  for (const Vec3& p : mesh.positions) scatter += (p - mean) * (p - mean).transpose();
-  const Eigen::SelfAdjointEigenSolver<Mat3> axes(scatter);
   // The shape is flattest along the smallest axis: seen along it, most of it shows.
   View view;
-  Vec3 from = axes.eigenvectors().col(0);
+  Vec3 from = eigen_decomposition(scatter(mesh.positions)).vectors.col(0);
   if (from[0] + from[1] + from[2] < 0) from = -from;
   view.up = Vec3::Unit(2);
   if (std::abs(from.z()) > 0.8) view.up = Vec3::Unit(1);
@@ -28,17 +24,15 @@ Picture draw(const Mesh& mesh, const View& view, std::size_t width, std::size_t 
   const Vec3 right = view.up.cross(view.from).normalized(), up = view.from.cross(right);
   Picture picture{width, height, std::vector<Color>(width * height, Color{255, 255, 255})};
   std::vector<Vec3> seen(mesh.positions.size());  // right, up, towards the eye
-  Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity()), high = -low;
   for (std::size_t v = 0; v < seen.size(); ++v) {
     const Vec3& p = mesh.positions[v];
     seen[v] = {right.dot(p), up.dot(p), view.from.dot(p)};
-    low = low.cwiseMin(seen[v]);
-    high = high.cwiseMax(seen[v]);
   }
+  const Box3 box = bounding_box(seen);
   const auto w = static_cast<double>(width), h = static_cast<double>(height);
   const double scale =
-      0.94 * std::min(w / std::max(high.x() - low.x(), 1e-300), h / std::max(high.y() - low.y(), 1e-300));
-  const Vec3 middle = (low + high) / 2;
+      0.94 * std::min(w / std::max(box.diagonal().x(), 1e-300), h / std::max(box.diagonal().y(), 1e-300));
+  const Vec3 middle = box.center();
   for (Vec3& p : seen) p = {w / 2 + scale * (p.x() - middle.x()), h / 2 - scale * (p.y() - middle.y()), scale * p.z()};
 
   std::vector<double> depth(width * height, -std::numeric_limits<double>::infinity());

@@ -1,5 +1,6 @@
 #include "gyroid.h"
 
+#include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/error.h>
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
@@ -67,7 +68,7 @@ Gyroid::Gyroid(double ball_radius, double rounding) : ball_radius_(ball_radius),
   samples_ = net(sample_cell).positions;
   if (samples_.empty()) throw OptionError("a gyroid of this size is empty");
   nearest_sample_ = std::make_unique<Neighbors>(samples_);
-  Eigen::AlignedBox3d box;
+  Box3 box;
   for (const Vec3& sample : samples_) {
     box.extend(sample);
     const Value v = evaluate(sample);
@@ -76,7 +77,7 @@ Gyroid::Gyroid(double ball_radius, double rounding) : ball_radius_(ball_radius),
     const Eigen::SelfAdjointEigenSolver<Mat3> shape(across * v.hessian * across, Eigen::EigenvaluesOnly);
     curvature_ = std::max(curvature_, shape.eigenvalues().cwiseAbs().maxCoeff() / v.gradient.norm());
   }
-  diagonal_ = box.diagonal().norm();
+  diagonal_ = diagonal_length(box);
 }
 
 double Gyroid::clearance(const Vec3& p) const {

@@ -4,6 +4,7 @@
 #include <CGAL/AABB_tree.h>
 #include <CGAL/AABB_triangle_primitive.h>
 #include <CGAL/Simple_cartesian.h>
+#include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/error.h>
 #include <Eigen/Geometry>
 #include <string>
@@ -48,7 +49,7 @@ struct MeshTarget::Impl {
 };
 
 MeshTarget::MeshTarget(const Mesh& mesh) : impl_(std::make_unique<Impl>()) {
-  Eigen::AlignedBox3d box;
+  Box3 box;
   for (const Index v : mesh.faces.corners) {
     if (v >= mesh.positions.size())
       throw InvariantError("mesh: vertex index " + std::to_string(v) + " is out of range");
@@ -57,7 +58,7 @@ MeshTarget::MeshTarget(const Mesh& mesh) : impl_(std::make_unique<Impl>()) {
   }
   if (box.isEmpty()) throw NoSurfaceError("the mesh has no face to scan");
   center_ = box.center();
-  diagonal_ = box.diagonal().norm();
+  diagonal_ = diagonal_length(box);
   impl_->triangles = triangles_of(mesh, center_);
   if (impl_->triangles.empty()) throw NoSurfaceError("the mesh has no face with an area");
   impl_->tree.insert(impl_->triangles.cbegin(), impl_->triangles.cend());

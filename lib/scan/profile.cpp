@@ -111,17 +111,13 @@ ProfilePoint Profile::closest(const Vec2& p) const {
   return best;
 }
 
-Profile::Box Profile::box() const {
-  Box box{start_, start_};
-  const auto include = [&box](const Vec2& p) {
-    box.min = box.min.cwiseMin(p);
-    box.max = box.max.cwiseMax(p);
-  };
+Eigen::AlignedBox2d Profile::box() const {
+  Eigen::AlignedBox2d box(start_);
   for (const Piece& piece : pieces_) {
-    include(piece.end);
+    box.extend(piece.end);
     if (piece.turn == 0) continue;
     for (const Vec2& direction : {Vec2(1, 0), Vec2(0, 1), Vec2(-1, 0), Vec2(0, -1)})
-      if (piece.arc_covers(direction)) include(piece.center + piece.radius * direction);
+      if (piece.arc_covers(direction)) box.extend(piece.center + piece.radius * direction);
   }
   return box;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <vector>
 
 namespace gpsrecon {
@@ -46,10 +47,7 @@ class Profile {
   bool is_closed() const { return start_ == end(); }
 
   /// The smallest and largest corner of the box around the chain.
-  struct Box {
-    Vec2 min, max;
-  };
-  Box box() const;
+  Eigen::AlignedBox2d box() const;
   /// The largest value of q · direction over the points q of the chain; the direction has length 1.
   double support(const Vec2& direction) const;
 

@@ -51,7 +51,7 @@ void join_ends(Profile& outline) {
 
 /// Number of vertices around the axis of a turned profile.
 std::size_t around(const Profile& profile, double tolerance) {
-  return std::max<std::size_t>(3, chords(profile.box().max.x(), 2 * std::numbers::pi, tolerance));
+  return std::max<std::size_t>(3, chords(profile.box().max().x(), 2 * std::numbers::pi, tolerance));
 }
 
 }  // namespace
@@ -184,9 +184,9 @@ Lathe::Lathe(Profile outline) : outline_(std::move(outline)) {
     if (starts_on_axis) outline_.join_start(mirrored(outline_.start_normal()));
     if (ends_on_axis) outline_.join_end(mirrored(outline_.end_normal()));
   }
-  const Profile::Box box = outline_.box();
-  diagonal_ = Vec3(2 * box.max.x(), 2 * box.max.x(), box.max.y() - box.min.y()).norm();
-  bounding_radius_ = std::hypot(box.max.x(), std::max(std::abs(box.min.y()), std::abs(box.max.y())));
+  const Eigen::AlignedBox2d box = outline_.box();
+  diagonal_ = Vec3(2 * box.max().x(), 2 * box.max().x(), box.max().y() - box.min().y()).norm();
+  bounding_radius_ = std::hypot(box.max().x(), std::max(std::abs(box.min().y()), std::abs(box.max().y())));
 }
 
 ShapePoint Lathe::closest(const Vec3& p) const {
@@ -221,16 +221,14 @@ Lathe make_cylinder(double radius, double half_height) {
 Prism::Prism(std::vector<Profile> outlines, double half_height)
     : outlines_(std::move(outlines)), half_height_(half_height) {
   if (outlines_.empty()) throw OptionError("a prism has no outline");
-  Vec2 low = outlines_.front().start(), high = low;
+  Eigen::AlignedBox2d box;
   for (Profile& outline : outlines_) {
     if (!outline.is_closed()) throw OptionError("the outline of a prism does not close");
     join_ends(outline);
-    const Profile::Box box = outline.box();
-    low = low.cwiseMin(box.min);
-    high = high.cwiseMax(box.max);
+    box.extend(outline.box());
   }
-  diagonal_ = std::hypot((high - low).norm(), 2 * half_height);
-  bounding_radius_ = std::hypot(low.cwiseAbs().cwiseMax(high.cwiseAbs()).norm(), half_height);
+  diagonal_ = std::hypot(box.diagonal().norm(), 2 * half_height);
+  bounding_radius_ = std::hypot(box.min().cwiseAbs().cwiseMax(box.max().cwiseAbs()).norm(), half_height);
 }
 
 ShapePoint Prism::closest(const Vec3& p) const {
@@ -289,11 +287,11 @@ TurnedBall& TurnedBall::add(const Vec3& axis, Profile profile) {
   } else {
     throw OptionError("the profile of a feature ends neither on the axis nor on the far side of the sphere");
   }
-  const Profile::Box box = profile.box();
-  const double middle = 0.5 * (box.min.y() + box.max.y());
-  const double radius = std::hypot(box.max.x(), 0.5 * (box.max.y() - box.min.y()));
+  const Eigen::AlignedBox2d box = profile.box();
+  const double middle = 0.5 * (box.min().y() + box.max().y());
+  const double radius = std::hypot(box.max().x(), 0.5 * (box.max().y() - box.min().y()));
   bounding_radius_ =
-      std::max(bounding_radius_, std::hypot(box.max.x(), std::max(std::abs(box.min.y()), std::abs(box.max.y()))));
+      std::max(bounding_radius_, std::hypot(box.max().x(), std::max(std::abs(box.min().y()), std::abs(box.max().y()))));
   features_.push_back({unit, std::move(profile), middle * unit, radius});
   return *this;
 }

@@ -1,9 +1,9 @@
 #include <gpsrecon/core/connectivity.h>
+#include <gpsrecon/core/disjoint_sets.h>
 #include <gpsrecon/core/mesh_topology.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/triangulate/handles.h>
 #include <algorithm>
-#include <numeric>
 #include <optional>
 #include <tuple>
 
@@ -108,20 +108,10 @@ class LoopFinder {
 
   /// Edges that neither the tree nor a maximum spanning tree of the faces across the other edges has.
   std::vector<Index> generators() {
-    std::vector<Index> root(face_count_);
-    std::iota(root.begin(), root.end(), Index{0});
-    const auto find = [&](Index f) {
-      while (root[f] != f) f = root[f] = root[root[f]];
-      return f;
-    };
+    DisjointSets joined(face_count_);
     std::vector<Index> found;
-    for (const BallEdge& e : edges_) {
-      const Index a = find(e.left), b = find(e.right);
-      if (a != b)
-        root[std::max(a, b)] = std::min(a, b);
-      else if (e.loop_edges <= max_edges_)
-        found.push_back(e.edge);
-    }
+    for (const BallEdge& e : edges_)
+      if (!joined.join(e.left, e.right) && e.loop_edges <= max_edges_) found.push_back(e.edge);
     return found;
   }
 

@@ -1,3 +1,4 @@
+#include <gpsrecon/core/disjoint_sets.h>
 #include <gpsrecon/triangulate/inside_out.h>
 #include <gpsrecon/triangulate/sheet_forest.h>
 #include <algorithm>
@@ -15,9 +16,8 @@ std::vector<int> agreement(const GrowingSurface& surface, const OverlapGraph& gr
   std::vector<Vec3> used(n, Vec3::Zero());
   for (Index v = 0; v < n; ++v)
     if (surface.used(v)) used[v] = sheet_normals[v];
-  SignedSets sets(n);
-  for (const SheetLink& link : sheet_links(graph, used))
-    if (sets.find(link.a).set != sets.find(link.b).set) sets.join(link.a, link.b, link.sign);
+  DisjointSets sets(n);
+  for (const SheetLink& link : sheet_links(graph, used)) sets.join(link.a, link.b, link.sign);
 
   std::vector<int> shown(n, 0);
   std::vector<long> balance(n, 0);
@@ -25,12 +25,12 @@ std::vector<int> agreement(const GrowingSurface& surface, const OverlapGraph& gr
     if (used[v].isZero(0)) continue;
     double side = 0;
     for (const Index t : surface.triangles_around(v)) side += surface.normal(t).dot(sheet_normals[v]);
-    const SignedSets::Root root = sets.find(v);
+    const DisjointSets::Root root = sets.root(v);
     shown[v] = side * root.sign < 0 ? -1 : 1;
-    balance[root.set] += shown[v];
+    balance[root.index] += shown[v];
   }
   for (Index v = 0; v < n; ++v)
-    if (shown[v] != 0 && balance[sets.find(v).set] < 0) shown[v] = -shown[v];
+    if (shown[v] != 0 && balance[sets.find(v)] < 0) shown[v] = -shown[v];
   return shown;
 }
 

@@ -1,5 +1,5 @@
+#include <gpsrecon/core/order_statistics.h>
 #include <gpsrecon/triangulate/light_components.h>
-#include <algorithm>
 
 namespace gpsrecon {
 
@@ -10,9 +10,7 @@ std::vector<Index> light_components(const Mixture& mixture, const OverlapGraph& 
     around.clear();
     for (const OverlapGraph::Link& link : graph[i]) around.push_back(mixture.weights[link.to]);
     if (around.empty()) continue;
-    const auto median = around.begin() + static_cast<std::ptrdiff_t>(around.size() / 2);
-    std::nth_element(around.begin(), median, around.end());
-    if (mixture.weights[i] < share * *median) light.push_back(i);
+    if (mixture.weights[i] < share * median(around)) light.push_back(i);
   }
   return light;
 }

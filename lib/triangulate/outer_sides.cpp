@@ -1,3 +1,4 @@
+#include <gpsrecon/core/disjoint_sets.h>
 #include <gpsrecon/core/exposure.h>
 #include <gpsrecon/triangulate/outer_sides.h>
 #include <gpsrecon/triangulate/sheet_forest.h>
@@ -64,21 +65,22 @@ std::vector<Vec3> outer_normals(const Mixture& mixture, const OverlapGraph& grap
     light[i] = {sheet_normals[i].dot(seen.axis[i]) < 0 ? -difference : difference, seen.front[i] + seen.back[i]};
   }
 
-  SignedSets sets(n);
+  DisjointSets sets(n);
   std::vector<Light> on_set = light;  // per root, signed like it
   for (const SheetLink& link : sheet_links(graph, sheet_normals)) {
-    const SignedSets::Root a = sets.find(link.a), b = sets.find(link.b);
-    if (a.set == b.set) continue;
-    const Light other = on_set[b.set].turned(a.sign * b.sign * link.sign);
-    if (face_opposite_ways(on_set[a.set], other)) continue;
+    const DisjointSets::Root a = sets.root(link.a), b = sets.root(link.b);
+    if (a.index == b.index) continue;
+    const int sign = a.sign * b.sign * link.sign;
+    if (face_opposite_ways(on_set[a.index], on_set[b.index].turned(sign))) continue;
     sets.join(link.a, link.b, link.sign);
-    on_set[a.set] += other;
+    const Index root = sets.find(a.index), other = root == a.index ? b.index : a.index;
+    on_set[root] += on_set[other].turned(sign);
   }
 
   const std::vector<Index> part = connected_parts(graph, n);
   std::vector<Light> on_part(n);
   for (Index i = 0; i < n; ++i)
-    if (sets.find(i).set == i) on_part[part[i]] += on_set[i].turned(on_set[i].difference < 0 ? -1 : 1);
+    if (sets.find(i) == i) on_part[part[i]] += on_set[i].turned(on_set[i].difference < 0 ? -1 : 1);
   std::vector<Vec3> outer(n, Vec3::Zero());
   for (Index i = 0; i < n; ++i) {
     if (!on_part[part[i]].from_one_side()) continue;
@@ -89,8 +91,8 @@ std::vector<Vec3> outer_normals(const Mixture& mixture, const OverlapGraph& grap
         around += light[link.to].turned(light[link.to].difference < 0 ? -1 : 1);
       if (around.from_one_side()) outer[i] = seen.bent_normal[i].stableNormalized();
     } else {
-      const SignedSets::Root root = sets.find(i);
-      outer[i] = (on_set[root.set].difference < 0 ? -root.sign : root.sign) * sheet_normals[i];
+      const DisjointSets::Root root = sets.root(i);
+      outer[i] = (on_set[root.index].difference < 0 ? -root.sign : root.sign) * sheet_normals[i];
     }
   }
   return outer;

@@ -1,7 +1,6 @@
 #include <gpsrecon/triangulate/sheet_forest.h>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 namespace gpsrecon {
 namespace {
@@ -25,30 +24,6 @@ std::vector<SheetLink> sheet_links(const OverlapGraph& graph, std::span<const Ve
     return x.a != y.a ? x.a < y.a : x.b < y.b;
   });
   return links;
-}
-
-SignedSets::SignedSets(std::size_t n) : parent_(n), sign_(n, 1) {
-  std::iota(parent_.begin(), parent_.end(), Index{0});
-}
-
-SignedSets::Root SignedSets::find(Index v) {
-  Index root = v;
-  int sign = 1;
-  while (parent_[root] != root) sign *= sign_[root], root = parent_[root];
-  for (Index at = v, next; at != root; at = next) {  // path compression
-    next = parent_[at];
-    const int below = sign_[at];
-    parent_[at] = root;
-    sign_[at] = sign;
-    sign *= below;
-  }
-  return {root, sign_[v]};
-}
-
-void SignedSets::join(Index a, Index b, int sign) {
-  const Root ra = find(a), rb = find(b);
-  parent_[rb.set] = ra.set;
-  sign_[rb.set] = ra.sign * rb.sign * sign;
 }
 
 }  // namespace gpsrecon

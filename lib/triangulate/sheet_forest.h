@@ -18,23 +18,4 @@ struct SheetLink {
 /// Gaussians). Components with a zero normal are left out. O(n k log n).
 std::vector<SheetLink> sheet_links(const OverlapGraph& graph, std::span<const Vec3> normals);
 
-/// Disjoint sets of components, with a sign relative to each other within a set.
-class SignedSets {
- public:
-  explicit SignedSets(std::size_t n);
-
-  struct Root {
-    Index set;
-    int sign;  ///< of the member relative to the root
-  };
-  Root find(Index v);
-  /// Joins the sets of a and b so that these two have the given sign relative to each other. Precondition: they are in
-  /// different sets. The root of a's stays.
-  void join(Index a, Index b, int sign);
-
- private:
-  std::vector<Index> parent_;
-  std::vector<int> sign_;
-};
-
 }  // namespace gpsrecon

@@ -4,7 +4,9 @@
 #include <gpsrecon/clop/particles.h>
 #include <gpsrecon/clop/project.h>
 #include <gpsrecon/clop/repulsion.h>
+#include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/neighbors.h>
+#include <gpsrecon/core/order_statistics.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/core/resource_usage.h>
 #include <gpsrecon/hem/hem.h>
@@ -106,9 +108,7 @@ Settings parse(int argc, char** argv) {
 }
 
 double quantile(std::vector<double>& values, double share) {
-  const auto nth = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), nth, values.end());
-  return *nth;
+  return value_of_rank(values, static_cast<std::size_t>(share * static_cast<double>(values.size() - 1)));
 }
 
 /// Standard deviation of the distances to the nearest neighbour over their mean (Huang et al. 2009 take the deviation).

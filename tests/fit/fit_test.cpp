@@ -1,4 +1,5 @@
 #include <gmock/gmock.h>
+#include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/fit/fit.h>
 #include <gtest/gtest.h>
 
@@ -333,8 +334,7 @@ double end_in_x(const CovMesh& mesh, double low_y, double high_y) {
 
 TEST(Fit, ExtendsTheRimToWhereThePointsEnd) {
   CovMesh mesh = tilted_plane(9, false).mesh;
-  Vec3 low = mesh.vertices.means.front(), high = low;
-  for (const Vec3& mean : mesh.vertices.means) low = low.cwiseMin(mean), high = high.cwiseMax(mean);
+  const Vec3 low = bounding_box(mesh.vertices.means).min(), high = bounding_box(mesh.vertices.means).max();
   const double edge = (high.x() - low.x()) / 9, step = edge / 8;
   mesh.vertices.spacing = step;
   const double third = (high.y() - low.y()) / 3;

@@ -20,15 +20,6 @@ namespace {
 
 using namespace test;
 
-double diagonal_of(const CovMesh& mesh) {
-  Vec3 low = mesh.vertices.means.front(), high = low;
-  for (const Vec3& p : mesh.vertices.means) {
-    low = low.cwiseMin(p);
-    high = high.cwiseMax(p);
-  }
-  return (high - low).norm();
-}
-
 /// Points of the limit surface on a regular grid of every patch, far denser than the samples of the refinement.
 std::vector<Vec3> dense_samples(const SurfaceEvaluator& surface, bool triangular, int parts) {
   std::vector<SurfaceParameter> places;
@@ -109,7 +100,7 @@ TEST_P(Adaptive, StaysWithinTheToleranceAndFitsTogether) {
   const SurfaceEvaluator surface(with_rules(control, {.scheme = GetParam().scheme}));
   const std::vector<Vec3> dense = dense_samples(surface, GetParam().scheme == Scheme::loop, 40);
   const Topology before = topology(control.faces, control.vertices.size());
-  const double diagonal = diagonal_of(control);
+  const double diagonal = bounding_box_diagonal(control.vertices.means);
   std::size_t coarser = 0;
   for (const double relative : {1e-2, 1e-3, 2e-4}) {
     const double tolerance = relative * diagonal;
@@ -255,7 +246,7 @@ TEST(Covariances, MakeTheFileACovarianceMesh) {
 TEST(Adaptive, StaysWithinTheToleranceOnAnInferredScan) {
   GPSRECON_DATA_FILE(file, "meshes/spot.obj");
   CovMesh control = infer_covariances(read_mesh(file.string())).mesh;
-  const double tolerance = 5e-4 * diagonal_of(control);
+  const double tolerance = 5e-4 * bounding_box_diagonal(control.vertices.means);
   const SurfaceEvaluator surface(control);
   const Tessellation t = tessellate(surface, control, tolerance, 11);
   EXPECT_LE(largest_distance(as_mesh(t), dense_samples(surface, true, 12)), tolerance);

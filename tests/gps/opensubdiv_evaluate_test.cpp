@@ -1,5 +1,6 @@
 // OpenSubdiv as a second implementation of exact evaluation: limit stencils of its isolated regular patches.
 
+#include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/gps/evaluate.h>
 #include <gpsrecon/io/io.h>
 #include <gtest/gtest.h>
@@ -112,12 +113,8 @@ TEST(OpenSubdivEvaluation, AgreesAtBoundaries) {
 /// A mesh of the data as one around the origin, of size one.
 Mesh data_mesh(const std::filesystem::path& file) {
   Mesh mesh = read_mesh(file.string());
-  Vec3 low = mesh.positions.front(), high = low;
-  for (const Vec3& p : mesh.positions) {
-    low = low.cwiseMin(p);
-    high = high.cwiseMax(p);
-  }
-  for (Vec3& p : mesh.positions) p = (p - 0.5 * (low + high)) / (high - low).norm();
+  const Box3 box = bounding_box(mesh.positions);
+  for (Vec3& p : mesh.positions) p = (p - box.center()) / diagonal_length(box);
   return mesh;
 }
 

@@ -44,23 +44,6 @@ TEST(SheetLinks, ParallelPairsStrongestFirst) {
   }
 }
 
-TEST(SignedSets, KeepSignsThroughAnyOrderOfJoins) {
-  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
-    test::Random random(seed);
-    constexpr std::size_t n = 60;
-    std::vector<int> sign(n);
-    for (int& s : sign) s = random.uniform() < 0.5 ? 1 : -1;
-    SignedSets sets(n);
-    for (int k = 0; k < 300; ++k) {
-      const auto a = static_cast<Index>(random.below(n)), b = static_cast<Index>(random.below(n));
-      if (sets.find(a).set != sets.find(b).set) sets.join(a, b, sign[a] * sign[b]);
-      const SignedSets::Root ra = sets.find(a), rb = sets.find(b);
-      EXPECT_EQ(ra.set, rb.set);
-      EXPECT_EQ(ra.sign * rb.sign, sign[a] * sign[b]);
-    }
-  }
-}
-
 TEST(OuterNormals, OfClosedShapes) {
   for (const test::SampledShape& shape : {test::fibonacci_sphere(900), test::torus(1597, 1, 0.4)})
     EXPECT_EQ(right(outer_of(test::tangent_discs(shape)), shape.normals), 1);
