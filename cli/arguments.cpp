@@ -1,6 +1,7 @@
 #include "arguments.h"
 
 #include <gpsrecon/core/error.h>
+#include <gpsrecon/core/version.h>
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
@@ -367,7 +368,7 @@ GlobalOptions Arguments::parse() {
       throw Answered{};
     }
     if (word == "--version") {
-      std::cout << "gpsrecon " GPSRECON_VERSION "\n";
+      std::cout << "gpsrecon " << version << "\n";
       throw Answered{};
     }
   }

@@ -1,3 +1,5 @@
+#include <gpsrecon/core/in_frame.h>
+#include <gpsrecon/core/version.h>
 #include <gpsrecon/io/io.h>
 #include <gpsrecon/measure/compare.h>
 #include <cstdio>
@@ -139,7 +141,7 @@ ExitCode run_chain(Arguments& arguments) {
   Reconstruction result =
       reconstruct_file(files.in, attributes, options, rules, console, views.wanted() ? &points : nullptr);
   ErrorReport& report = result.report;
-  report.version = GPSRECON_VERSION;
+  report.version = version;
   report.options = arguments.values();
   warn_of_losses(result.mesh, files.out, console);
   report.warnings = console.warnings();
@@ -157,7 +159,7 @@ ExitCode run_chain(Arguments& arguments) {
     if (points.empty()) throw OptionError("--heatmap and --html need points, which " + files.in + " does not hold");
     const RunContext context = console.context();
     const PreparedCloud kept = prepare(points, options.scale, context);
-    const Mesh mesh = moved_to(result.mesh, kept.clean.cloud.frame);
+    const Mesh mesh = in_frame(result.mesh, kept.clean.cloud.frame);
     views.stage(
         outputs, report, mesh, [&](double range) { return error_map(mesh, kept.clean.cloud, range, context); },
         files.in, console);

@@ -1,3 +1,5 @@
+#include <gpsrecon/core/in_frame.h>
+#include <gpsrecon/core/version.h>
 #include <gpsrecon/gps/subdivide.h>
 #include <gpsrecon/measure/align.h>
 #include <gpsrecon/measure/compare.h>
@@ -157,13 +159,13 @@ ExitCode run_compare(Arguments& arguments) {
   if (report.reference) report.reference->file = file_report(reference_file);
   if (report.input) report.input->file = file_report(report.reference ? judged_file : reference_file);
   report.alignment = motion;
-  report.version = GPSRECON_VERSION;
+  report.version = version;
   report.seed = globals.seed;
   report.options = arguments.values();
 
   outputs.stage(report_file, [&](const std::string& path) { write_text(to_json(report), path); });
   const Frame& frame = reference.is_mesh() ? reference.mesh.frame : reference.cloud.frame;
-  const Mesh shown = judged.mesh.frame == frame || !views.wanted() ? judged.mesh : moved_to(judged.mesh, frame);
+  const Mesh shown = views.wanted() ? in_frame(judged.mesh, frame) : judged.mesh;
   views.stage(
       outputs, report, shown,
       [&](double range) {

@@ -1,3 +1,4 @@
+#include <gpsrecon/core/in_frame.h>
 #include <gpsrecon/io/io.h>
 #include <gpsrecon/pipeline/point_normals.h>
 #include <gpsrecon/pipeline/projection.h>

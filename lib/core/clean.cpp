@@ -1,6 +1,7 @@
 #include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/clean.h>
 #include <gpsrecon/core/error.h>
+#include <gpsrecon/core/in_frame.h>
 #include <gpsrecon/core/order_statistics.h>
 #include <gpsrecon/core/parallel.h>
 #include <algorithm>
@@ -112,14 +113,6 @@ CleanCloud clean(const PointCloud& world, const RunContext& context) {
   result.cloud = in_frame(select(world, result.source), frame);
   if (result.duplicates > 0 || !world.weights.empty()) result.cloud.weights = std::move(weights);
   return result;
-}
-
-PointCloud in_frame(PointCloud cloud, const Frame& frame) {
-  if (cloud.frame == frame) return cloud;
-  for (Vec3& p : cloud.positions) p = frame.to_local(cloud.frame.to_world(p));
-  for (Vec3& s : cloud.sensors) s = frame.to_local(cloud.frame.to_world(s));
-  cloud.frame = frame;
-  return cloud;
 }
 
 }  // namespace gpsrecon

@@ -20,7 +20,4 @@ struct CleanCloud {
 /// O(n log n). Throws InputError if no point is finite.
 CleanCloud clean(const PointCloud& world, const RunContext& context = {});
 
-/// The same points in another frame.
-PointCloud in_frame(PointCloud cloud, const Frame& frame);
-
 }  // namespace gpsrecon

@@ -14,11 +14,6 @@ double log_density(const FactoredGaussian& g, const Vec3& x) {
   return -0.5 * (3 * std::log(2 * std::numbers::pi) + g.log_determinant + squared_mahalanobis(g, x));
 }
 
-double kl_divergence(const FactoredGaussian& a, const FactoredGaussian& b) {
-  return 0.5 * (squared_mahalanobis(b, a.mean) + trace_of_product(b.precision, a.covariance) - 3 - a.log_determinant +
-                b.log_determinant);
-}
-
 double log_bhattacharyya(const FactoredGaussian& a, const FactoredGaussian& b) {
   const Cholesky3 mean_covariance(0.5 * (a.covariance + b.covariance));
   const double squared_distance = mean_covariance.solve_lower(a.mean - b.mean).squaredNorm();

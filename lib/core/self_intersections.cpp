@@ -1,6 +1,7 @@
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/box_intersection_d.h>
 #include <gpsrecon/core/error.h>
+#include <gpsrecon/core/face_geometry.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/core/self_intersections.h>
 #include <algorithm>
@@ -72,10 +73,9 @@ std::vector<Triangle> triangles_with_area(std::span<const Vec3> positions, const
   std::vector<Triangle> triangles;
   triangles.reserve(faces.corners.size() - 2 * std::min(faces.size(), faces.corners.size() / 2));
   for (std::size_t f = 0; f < faces.size(); ++f)
-    for (std::size_t k = 2; k < faces[f].size(); ++k) {
-      const Triangle t{{faces[f][0], faces[f][k - 1], faces[f][k]}, static_cast<Index>(f)};
-      if (!CGAL::collinear(point(t.corners[0]), point(t.corners[1]), point(t.corners[2]))) triangles.push_back(t);
-    }
+    for_each_triangle(faces[f], [&](Index a, Index b, Index c) {
+      if (!CGAL::collinear(point(a), point(b), point(c))) triangles.push_back({{a, b, c}, static_cast<Index>(f)});
+    });
   return triangles;
 }
 

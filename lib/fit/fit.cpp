@@ -1,4 +1,5 @@
 #include <gpsrecon/core/error.h>
+#include <gpsrecon/core/face_geometry.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/core/random.h>
 #include <gpsrecon/core/self_intersections.h>
@@ -111,8 +112,8 @@ std::size_t restrain(const CovMesh& mesh, const std::vector<Vec3>& normals, std:
     parallel_for(mesh.faces.size(), context, [&](std::size_t f) {
       const auto t = mesh.faces[f];
       const auto moved = [&](Index v) -> Vec3 { return means[v] + moves[v] * normals[v]; };
-      const Vec3 before = (means[t[1]] - means[t[0]]).cross(means[t[2]] - means[t[0]]);
-      const Vec3 after = (moved(t[1]) - moved(t[0])).cross(moved(t[2]) - moved(t[0]));
+      const Vec3 before = area_vector(means[t[0]], means[t[1]], means[t[2]]);
+      const Vec3 after = area_vector(moved(t[0]), moved(t[1]), moved(t[2]));
       turns[f] = before.dot(after) < largest_turn * before.norm() * after.norm() ? 1 : 0;
     });
     bool any = false;

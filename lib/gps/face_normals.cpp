@@ -1,3 +1,4 @@
+#include <gpsrecon/core/face_geometry.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/gps/face_normals.h>
 #include <Eigen/Geometry>
@@ -17,9 +18,7 @@ std::vector<Index> complete_normals(const FaceList& faces, const std::vector<Vec
   for (std::size_t f = 0; f < faces.size(); ++f) {
     const auto face = faces[f];
     if (std::none_of(face.begin(), face.end(), [&](Index v) { return wanted[v]; })) continue;
-    const Vec3& a = positions[face[0]];
-    Vec3 area = (positions[face[1]] - a).cross(positions[face[2]] - a);
-    for (std::size_t k = 3; k < face.size(); ++k) area += (positions[face[k - 1]] - a).cross(positions[face[k]] - a);
+    const Vec3 area = area_vector(positions, face);
     for (const Index v : face)
       if (wanted[v]) normals[v] += area;
   }

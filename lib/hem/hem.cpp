@@ -111,14 +111,14 @@ void list_children(Candidates& c, const Mixture& level, const MergeRule& rule, c
           const std::size_t before = out.child.size();
           for (const Neighbor& neighbor : near) {
             const Index i = others[neighbor.index];
-            const double quadratic = precision.quadratic_form(level.means[i] - level.means[s]) +
-                                     trace_of_product(precision, level.covariances[i]);
-            const double twice_divergence = quadratic - 3 - log_determinant[i] + log_determinant[s];
-            if (!(twice_divergence <= alpha * alpha)) continue;
-            if (rule.within_flat && bends(axes, level.means[i] - level.means[s], level.covariances[i])) continue;
+            const Vec3 shift = level.means[i] - level.means[s];
+            const double expectation = expected_squared_mahalanobis(precision, shift, level.covariances[i]);
+            const double divergence = kl_divergence(expectation, log_determinant[i], log_determinant[s]);
+            if (!(divergence <= 0.5 * alpha * alpha)) continue;
+            if (rule.within_flat && bends(axes, shift, level.covariances[i])) continue;
             out.child.push_back(i);
             out.log_likelihood.push_back(log_weight +
-                                         level.weights[i] * (-log_2pi - 0.5 * (log_determinant[s] + quadratic)));
+                                         level.weights[i] * (-log_2pi - 0.5 * (log_determinant[s] + expectation)));
           }
           count[p] = out.child.size() - before;
         }

@@ -2,6 +2,8 @@
 
 #include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/error.h>
+#include <gpsrecon/core/in_frame.h>
+#include <gpsrecon/core/version.h>
 #include <array>
 #include <bit>
 #include <cmath>
@@ -18,7 +20,7 @@ using Json = nlohmann::ordered_json;
 using Vec3f = Eigen::Vector3f;
 
 // Constants of the format, by the names it gives them.
-constexpr std::uint32_t magic = 0x46546C67, version = 2, json_chunk = 0x4E4F534A, binary_chunk = 0x004E4942;
+constexpr std::uint32_t magic = 0x46546C67, container_version = 2, json_chunk = 0x4E4F534A, binary_chunk = 0x004E4942;
 constexpr int unsigned_short_type = 5123, unsigned_int_type = 5125, float_type = 5126;
 constexpr int array_buffer = 34962, element_array_buffer = 34963;
 constexpr int points_mode = 0, triangles_mode = 4;
@@ -33,9 +35,7 @@ struct Content {
 
 // Positions, moved to the middle where that is needed to keep them apart in float.
 void set_positions(const Mesh& mesh, const std::string& path, Content& content) {
-  std::vector<Vec3> world;
-  world.reserve(mesh.positions.size());
-  for (const Vec3& p : mesh.positions) world.push_back(mesh.frame.to_world(p));
+  const std::vector<Vec3> world = in_frame(mesh.positions, mesh.frame, Frame{});
   if (!float_suffices(world)) {
     const Box3 box = bounding_box(world);
     content.translation = box.min() + 0.5 * box.diagonal();
@@ -115,7 +115,7 @@ class Description {
 
   Json json() const {
     const Json surface = {{"metallicFactor", 0}, {"roughnessFactor", 0.7}};
-    return {{"asset", {{"version", "2.0"}, {"generator", "gpsrecon " GPSRECON_VERSION}}},
+    return {{"asset", {{"version", "2.0"}, {"generator", std::string("gpsrecon ") + version}}},
             {"scene", 0},
             {"scenes", {{{"nodes", {0}}}}},
             {"nodes", {node_}},
@@ -179,7 +179,7 @@ class ByteWriter {
 
 // A file may be empty of vertices, an accessor may not.
 Json empty_scene() {
-  return {{"asset", {{"version", "2.0"}, {"generator", "gpsrecon " GPSRECON_VERSION}}},
+  return {{"asset", {{"version", "2.0"}, {"generator", std::string("gpsrecon ") + version}}},
           {"scene", 0},
           {"scenes", {{{"name", "empty"}}}}};
 }
@@ -204,7 +204,7 @@ void write_glb(const Mesh& mesh, const std::string& path) {
   if (total > 0xFFFFFFFFu) throw OutputError(path + ": a binary glTF file holds less than 4 GiB");
 
   ByteWriter out(path);
-  out.number(magic).number(version).number(static_cast<std::uint32_t>(total));
+  out.number(magic).number(container_version).number(static_cast<std::uint32_t>(total));
   out.number(static_cast<std::uint32_t>(json.size())).number(json_chunk).text(json);
   if (binary_bytes > 0) out.number(static_cast<std::uint32_t>(binary_bytes)).number(binary_chunk);
   for (const std::vector<Vec3f>* vectors : {&content.positions, &content.normals})

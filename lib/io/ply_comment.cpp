@@ -1,5 +1,6 @@
 #include "ply_comment.h"
 
+#include <gpsrecon/core/version.h>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -45,7 +46,7 @@ bool is_about(FieldReader& fields, std::string_view subject) {
 }  // namespace
 
 std::string version_comment() {
-  return "gpsrecon " GPSRECON_VERSION;
+  return std::string("gpsrecon ") + version;
 }
 
 std::string frame_comment(const FrameComment& comment) {

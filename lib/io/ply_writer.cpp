@@ -1,5 +1,6 @@
 // PLY files of points, mixtures, covariance meshes and meshes.
 
+#include <gpsrecon/core/in_frame.h>
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -137,13 +138,6 @@ void write_file(const std::string& path, PlyEncoding encoding, const std::vector
   file.commit();
 }
 
-std::vector<Vec3> to_world(const std::vector<Vec3>& local, const Frame& frame) {
-  std::vector<Vec3> world(local);
-  if (!frame.is_identity())
-    for (Vec3& p : world) p = frame.to_world(p);
-  return world;
-}
-
 bool survives_float(double value) {
   return static_cast<float>(value) == value || std::isnan(value);
 }
@@ -229,8 +223,8 @@ void write_gaussians(const Mixture& mixture, const CovMesh* mesh, const std::str
 }  // namespace
 
 void write_ply(const PointCloud& cloud, const std::string& path, PlyEncoding encoding) {
-  const std::vector<Vec3> positions = to_world(cloud.positions, cloud.frame);
-  const std::vector<Vec3> sensors = to_world(cloud.sensors, cloud.frame);
+  const std::vector<Vec3> positions = in_frame(cloud.positions, cloud.frame, Frame{});
+  const std::vector<Vec3> sensors = in_frame(cloud.sensors, cloud.frame, Frame{});
   std::vector<Column> columns;
   add_vectors(columns, {"x", "y", "z"}, lossless_type(positions), positions);
   if (!cloud.normals.empty()) add_vectors(columns, {"nx", "ny", "nz"}, lossless_type(cloud.normals), cloud.normals);
@@ -249,7 +243,7 @@ void write_ply(const CovMesh& mesh, const std::string& path, PlyEncoding encodin
 }
 
 void write_ply(const Mesh& mesh, const std::string& path, PlyEncoding encoding) {
-  const std::vector<Vec3> positions = to_world(mesh.positions, mesh.frame);
+  const std::vector<Vec3> positions = in_frame(mesh.positions, mesh.frame, Frame{});
   std::vector<double> sigma = mesh.sigma;
   for (double& s : sigma) s *= mesh.frame.scale();
   const PlyType type = float_suffices(positions) ? PlyType::float32 : PlyType::float64;

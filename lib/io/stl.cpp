@@ -1,6 +1,8 @@
 // Triangles in STL files, binary or text.
 
 #include <gpsrecon/core/error.h>
+#include <gpsrecon/core/face_geometry.h>
+#include <gpsrecon/core/version.h>
 #include <Eigen/Geometry>
 #include <array>
 #include <bit>
@@ -175,23 +177,23 @@ void write_stl(const Mesh& mesh, const std::string& path) {
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) triangles += std::max<std::size_t>(mesh.faces[f].size(), 2) - 2;
   if (triangles > 0xFFFFFFFFu) throw OutputError(path + ": an STL file holds less than 2^32 triangles");
   OutputFile out(path);
-  std::string bytes = "gpsrecon " GPSRECON_VERSION;
+  std::string bytes = std::string("gpsrecon ") + version;
   bytes.resize(header_size, ' ');
   append_little_endian(bytes, static_cast<std::uint32_t>(triangles));
   out.write(bytes);
   const auto rounded = [&mesh](Index v) { return mesh.frame.to_world(mesh.positions[v]).cast<float>().eval(); };
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
-    const std::span<const Index> face = mesh.faces[f];
-    for (std::size_t k = 2; k < face.size(); ++k) {
-      const Eigen::Vector3f a = rounded(face[0]), b = rounded(face[k - 1]), c = rounded(face[k]);
-      const Vec3 ab = (b.cast<double>() - a.cast<double>()), ac = (c.cast<double>() - a.cast<double>());
-      const Eigen::Vector3f normal = ab.cross(ac).normalized().cast<float>();  // zero where there is no area
+    for_each_triangle(mesh.faces[f], [&](Index i, Index j, Index k) {
+      const Eigen::Vector3f a = rounded(i), b = rounded(j), c = rounded(k);
+      // Zero where there is no area.
+      const Eigen::Vector3f normal =
+          area_vector(a.cast<double>(), b.cast<double>(), c.cast<double>()).normalized().cast<float>();
       bytes.clear();
       for (const Eigen::Vector3f* v : {&normal, &a, &b, &c})
         for (const float number : *v) append_little_endian(bytes, std::bit_cast<std::uint32_t>(number));
       bytes.append(2, '\0');
       out.write(bytes);
-    }
+    });
   }
   out.commit();
 }

@@ -1,4 +1,6 @@
 #include <gpsrecon/core/error.h>
+#include <gpsrecon/core/face_geometry.h>
+#include <gpsrecon/core/in_frame.h>
 #include <gpsrecon/core/neighbors.h>
 #include <gpsrecon/core/order_statistics.h>
 #include <gpsrecon/core/parallel.h>
@@ -141,7 +143,8 @@ Alignment align_to(const Mesh& reference, std::vector<Vec3> places, const AlignO
     const std::vector<ClosestPoint> found = surface.distances(at, context);
     std::vector<Match> matches(at.size());
     parallel_for(at.size(), context, [&](std::size_t i) {
-      matches[i] = {found[i].point, area_vector(reference, found[i].face).stableNormalized(), found[i].distance};
+      matches[i] = {found[i].point, unit_normal(reference.positions, reference.faces[found[i].face]),
+                    found[i].distance};
     });
     return matches;
   };
@@ -172,9 +175,7 @@ template <class Shape, class Reference>
 Alignment align_shapes(const Shape& shape, const Reference& reference, const AlignOptions& options,
                        const RunContext& context) {
   options.check();
-  return align_to(
-      reference, places_of(shape.frame == reference.frame ? shape : moved_to(shape, reference.frame), options, context),
-      options, context);
+  return align_to(reference, places_of(in_frame(shape, reference.frame), options, context), options, context);
 }
 
 }  // namespace
@@ -210,7 +211,7 @@ Mesh moved_by(const Mesh& mesh, const Alignment& motion) {
   for (Vec3& p : moved.positions)
     p = mesh.frame.to_local(motion.rotation * mesh.frame.to_world(p) + motion.translation);
   for (Vec3& n : moved.normals) n = motion.rotation * n;
-  moved.covariances.clear();
+  for (Sym3& c : moved.covariances) c = congruence(motion.rotation, c);
   return moved;
 }
 

@@ -1,5 +1,7 @@
 #include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/error.h>
+#include <gpsrecon/core/face_geometry.h>
+#include <gpsrecon/core/in_frame.h>
 #include <gpsrecon/core/neighbors.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/core/random.h>
@@ -159,7 +161,7 @@ class Shape {
 
  private:
   Vec3 normal(Index i) const {
-    return mesh_ != nullptr ? area_vector(*mesh_, i).stableNormalized() : cloud_->normals[i].stableNormalized();
+    return mesh_ != nullptr ? unit_normal(mesh_->positions, mesh_->faces[i]) : cloud_->normals[i].stableNormalized();
   }
 
   const Mesh* mesh_ = nullptr;
@@ -215,22 +217,6 @@ double ReferenceMeasures::f_score() const {
   return precision + recall > 0 ? 2 * precision * recall / (precision + recall) : 0;
 }
 
-Mesh moved_to(const Mesh& mesh, const Frame& frame) {
-  Mesh moved = mesh;
-  moved.frame = frame;
-  for (Vec3& p : moved.positions) p = frame.to_local(mesh.frame.to_world(p));
-  for (double& s : moved.sigma) s *= mesh.frame.scale() / frame.scale();
-  return moved;
-}
-
-PointCloud moved_to(const PointCloud& cloud, const Frame& frame) {
-  PointCloud moved = cloud;
-  moved.frame = frame;
-  for (Vec3& p : moved.positions) p = frame.to_local(cloud.frame.to_world(p));
-  for (Vec3& p : moved.sensors) p = frame.to_local(cloud.frame.to_world(p));
-  return moved;
-}
-
 AreaSamples sample_surface(const Mesh& mesh, std::size_t count, std::uint64_t stream, const RunContext& context) {
   struct Triangle {
     Index a, b, c, face;
@@ -238,15 +224,15 @@ AreaSamples sample_surface(const Mesh& mesh, std::size_t count, std::uint64_t st
   std::vector<Triangle> triangles;
   triangles.reserve(mesh.faces.corners.size());
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
-    const auto face = mesh.faces[f];
-    for (std::size_t k = 2; k < face.size(); ++k)
-      triangles.push_back({face[0], face[k - 1], face[k], static_cast<Index>(f)});
+    for_each_triangle(mesh.faces[f], [&](Index a, Index b, Index c) {
+      triangles.push_back({a, b, c, static_cast<Index>(f)});
+    });
   }
   std::vector<double> area_before(triangles.size() + 1, 0);  // running sum, so the area of t ends at t + 1
   for (std::size_t t = 0; t < triangles.size(); ++t) {
-    const Vec3& a = mesh.positions[triangles[t].a];
+    const auto& [a, b, c, face] = triangles[t];
     area_before[t + 1] =
-        area_before[t] + (mesh.positions[triangles[t].b] - a).cross(mesh.positions[triangles[t].c] - a).norm() / 2;
+        area_before[t] + area_vector(mesh.positions[a], mesh.positions[b], mesh.positions[c]).norm() / 2;
   }
   const double total = area_before.back();
   if (!(total > 0) || !std::isfinite(total)) throw InvariantError("sampling: the surface has no finite, positive area");
@@ -281,7 +267,7 @@ Comparison compare(const Mesh& mesh, const PointCloud& cloud, const CompareOptio
   options.check();
   require_faces(mesh, "mesh");
   require_points(cloud, "cloud");
-  if (!(mesh.frame == cloud.frame)) return compare(moved_to(mesh, cloud.frame), cloud, options, context);
+  if (!(mesh.frame == cloud.frame)) return compare(in_frame(mesh, cloud.frame), cloud, options, context);
   Comparison report;
   report.diagonal = bounding_box_diagonal(cloud.positions) * cloud.frame.scale();
   report.points = cloud.size();
@@ -301,7 +287,7 @@ Comparison compare(const Mesh& mesh, const Mesh& reference, const CompareOptions
   options.check();
   require_faces(mesh, "mesh");
   require_faces(reference, "reference");
-  if (!(mesh.frame == reference.frame)) return compare(moved_to(mesh, reference.frame), reference, options, context);
+  if (!(mesh.frame == reference.frame)) return compare(in_frame(mesh, reference.frame), reference, options, context);
   const Shape shape(mesh, options.samples, mesh_stream, context),
       truth(reference, options.samples, reference_stream, context);
   Comparison report = against_reference(shape, truth, reference.frame,
@@ -315,7 +301,7 @@ Comparison compare(const PointCloud& cloud, const Mesh& reference, const Compare
   options.check();
   require_points(cloud, "cloud");
   require_faces(reference, "reference");
-  if (!(cloud.frame == reference.frame)) return compare(moved_to(cloud, reference.frame), reference, options, context);
+  if (!(cloud.frame == reference.frame)) return compare(in_frame(cloud, reference.frame), reference, options, context);
   const Shape shape(cloud), truth(reference, options.samples, reference_stream, context);
   Comparison report = against_reference(shape, truth, reference.frame,
                                         used_diagonal(reference) * reference.frame.scale(), options, context);
@@ -329,7 +315,7 @@ Comparison compare(const PointCloud& cloud, const PointCloud& reference, const C
   options.check();
   require_points(cloud, "cloud");
   require_points(reference, "reference");
-  if (!(cloud.frame == reference.frame)) return compare(moved_to(cloud, reference.frame), reference, options, context);
+  if (!(cloud.frame == reference.frame)) return compare(in_frame(cloud, reference.frame), reference, options, context);
   Comparison report =
       against_reference(Shape(cloud), Shape(reference), reference.frame,
                         bounding_box_diagonal(reference.positions) * reference.frame.scale(), options, context);

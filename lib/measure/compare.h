@@ -120,8 +120,4 @@ Comparison compare(const PointCloud& cloud, const Mesh& reference, const Compare
 Comparison compare(const PointCloud& cloud, const PointCloud& reference, const CompareOptions& options = {},
                    const RunContext& context = {});
 
-/// `shape` with its positions (and normals, sensors) in `frame`.
-Mesh moved_to(const Mesh& mesh, const Frame& frame);
-PointCloud moved_to(const PointCloud& cloud, const Frame& frame);
-
 }  // namespace gpsrecon

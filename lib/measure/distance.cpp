@@ -5,6 +5,7 @@
 #include <CGAL/hilbert_sort.h>
 #include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/error.h>
+#include <gpsrecon/core/face_geometry.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/measure/distance.h>
 #include <Eigen/Geometry>
@@ -141,8 +142,7 @@ void SurfaceDistance::Impl::set_units(const Mesh& mesh) {
 void SurfaceDistance::Impl::insert_fans(const FaceList& faces) {
   for (std::size_t f = 0; f < faces.size(); ++f) {
     const auto face = faces[f];
-    for (std::size_t k = 2; k < face.size(); ++k)
-      tree.insert(Triangle(face[0], face[k - 1], face[k], static_cast<Index>(f)));
+    for_each_triangle(face, [&](Index a, Index b, Index c) { tree.insert(Triangle(a, b, c, static_cast<Index>(f))); });
     if (face.size() > 2) start = {to_point(positions[face[0]]), static_cast<Index>(f)};
   }
 }

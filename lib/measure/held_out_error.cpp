@@ -1,3 +1,4 @@
+#include <gpsrecon/core/face_geometry.h>
 #include <gpsrecon/core/neighbors.h>
 #include <gpsrecon/core/order_statistics.h>
 #include <gpsrecon/core/parallel.h>
@@ -22,21 +23,12 @@ struct Foot {
   double offset = 0;  ///< of the point from its foot, positive on the side of the normal
 };
 
-Vec3 face_normal(const Mesh& mesh, Index face) {
-  const auto corners = mesh.faces[face];
-  Vec3 normal = Vec3::Zero();
-  const Vec3& origin = mesh.positions[corners[0]];
-  for (std::size_t k = 1; k + 1 < corners.size(); ++k)
-    normal += (mesh.positions[corners[k]] - origin).cross(mesh.positions[corners[k + 1]] - origin);
-  return normal.stableNormalized();
-}
-
 std::vector<Foot> feet_of(const Mesh& mesh, std::span<const Vec3> points, const RunContext& context) {
   const std::vector<ClosestPoint> closest = SurfaceDistance(mesh, context).distances(points, context);
   std::vector<Foot> feet(points.size());
   parallel_for(points.size(), context, [&](std::size_t i) {
     const ClosestPoint& c = closest[i];
-    const Vec3 normal = face_normal(mesh, c.face);
+    const Vec3 normal = unit_normal(mesh.positions, mesh.faces[c.face]);
     const double along = normal.dot(points[i] - c.point);
     // Farther sideways than along the normal: the foot is on a rim, and the side means nothing.
     const double offset = std::abs(along) < 0.5 * c.distance ? c.distance : std::copysign(c.distance, along);

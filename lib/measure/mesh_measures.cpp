@@ -1,3 +1,4 @@
+#include <gpsrecon/core/face_geometry.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/core/self_intersections.h>
 #include <gpsrecon/measure/mesh_measures.h>
@@ -15,23 +16,12 @@ std::optional<long> genus(const Topology& t) {
   return (2 * static_cast<long>(t.components) - t.euler) / 2;
 }
 
-Vec3 area_vector(const Mesh& mesh, Index f) {
-  const auto face = mesh.faces[f];
-  const Vec3& a = mesh.positions[face[0]];
-  Vec3 sum = Vec3::Zero();
-  for (std::size_t k = 2; k < face.size(); ++k)
-    sum += (mesh.positions[face[k - 1]] - a).cross(mesh.positions[face[k]] - a);
-  return sum;
-}
-
 double surface_area(const std::vector<Vec3>& positions, const FaceList& faces, const RunContext& context) {
   return parallel_sum<double>(faces.size(), context, [&](std::size_t f) {
-    const auto face = faces[f];
     double area = 0;
-    for (std::size_t k = 2; k < face.size(); ++k) {
-      const Vec3& a = positions[face[0]];
-      area += (positions[face[k - 1]] - a).cross(positions[face[k]] - a).norm() / 2;
-    }
+    for_each_triangle(faces[f], [&](Index a, Index b, Index c) {
+      area += area_vector(positions[a], positions[b], positions[c]).norm() / 2;
+    });
     return area;
   });
 }
@@ -41,12 +31,11 @@ double enclosed_volume(const std::vector<Vec3>& positions, const FaceList& faces
   // Cones from a point of the surface itself: nothing is lost far from the origin.
   const Vec3 apex = positions[faces.corners[0]];
   return parallel_sum<double>(faces.size(), context, [&](std::size_t f) {
-    const auto face = faces[f];
     double volume = 0;
-    for (std::size_t k = 2; k < face.size(); ++k) {
-      const Vec3 a = positions[face[0]] - apex, b = positions[face[k - 1]] - apex, c = positions[face[k]] - apex;
+    for_each_triangle(faces[f], [&](Index i, Index j, Index k) {
+      const Vec3 a = positions[i] - apex, b = positions[j] - apex, c = positions[k] - apex;
       volume += a.dot(b.cross(c)) / 6;
-    }
+    });
     return volume;
   });
 }

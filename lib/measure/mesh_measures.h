@@ -39,9 +39,6 @@ bool is_closed(const Topology& topology);
 /// Number of handles, summed over the components; only for closed surfaces.
 std::optional<long> genus(const Topology& topology);
 
-/// Vector area of a face (a fan of triangles from its first corner), twice: its direction is the normal.
-Vec3 area_vector(const Mesh& mesh, Index face);
-
 /// Area of the faces (each a fan of triangles from its first corner), in squared units of the positions.
 double surface_area(const std::vector<Vec3>& positions, const FaceList& faces, const RunContext& context = {});
 

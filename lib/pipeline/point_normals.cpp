@@ -1,4 +1,6 @@
 #include <gpsrecon/core/error.h>
+#include <gpsrecon/core/face_geometry.h>
+#include <gpsrecon/core/in_frame.h>
 #include <gpsrecon/core/neighbors.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/measure/distance.h>
@@ -10,12 +12,6 @@
 
 namespace gpsrecon {
 namespace {
-
-std::vector<Vec3> between_frames(std::vector<Vec3> positions, const Frame& from, const Frame& to) {
-  if (from == to) return positions;
-  for (Vec3& p : positions) p = to.to_local(from.to_world(p));
-  return positions;
-}
 
 /// Normals at the distinct points, from those that are not isolated.
 std::vector<Vec3> estimate(const PointCloud& distinct, PreparedCloud& used, const PointNormalsOptions& options,
@@ -30,7 +26,7 @@ std::vector<Vec3> estimate(const PointCloud& distinct, PreparedCloud& used, cons
   if (options.method == NormalMethod::csw && sources.mixture != nullptr) {
     const Frame& frame = sources.mixture->frame;
     normals.h = std::ldexp(normals.h, cloud.frame.exponent - frame.exponent);
-    return csw_normals(between_frames(distinct.positions, distinct.frame, frame), *sources.mixture, normals, context);
+    return csw_normals(in_frame(distinct.positions, distinct.frame, frame), *sources.mixture, normals, context);
   }
   cloud.normals = pca_normals(cloud.positions, cloud.positions, normals, context);
   context.progress("normals", 0.3);
@@ -45,11 +41,11 @@ std::vector<Vec3> estimate(const PointCloud& distinct, PreparedCloud& used, cons
 
 std::vector<Vec3> sides_of_surface(const PointCloud& distinct, const Mesh& surface, const RunContext& context) {
   Mesh local = surface;
-  local.positions = between_frames(std::move(local.positions), surface.frame, distinct.frame);
+  local.positions = in_frame(std::move(local.positions), surface.frame, distinct.frame);
   std::vector<Vec3> sides;
   sides.reserve(distinct.size());
   for (const ClosestPoint& closest : SurfaceDistance(local, context).distances(distinct.positions, context))
-    sides.push_back(area_vector(local, closest.face));
+    sides.push_back(area_vector(local.positions, local.faces[closest.face]));
   return sides;
 }
 

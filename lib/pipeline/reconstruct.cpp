@@ -1,5 +1,6 @@
 #include <gpsrecon/core/attributes.h>
 #include <gpsrecon/core/error.h>
+#include <gpsrecon/core/in_frame.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/core/principal_axes.h>
 #include <gpsrecon/core/resource_usage.h>

@@ -1,4 +1,5 @@
 #include <gpsrecon/core/error.h>
+#include <gpsrecon/core/face_geometry.h>
 #include <gpsrecon/core/order_statistics.h>
 #include <gpsrecon/measure/distance.h>
 #include <gpsrecon/measure/mesh_measures.h>
@@ -67,7 +68,8 @@ ErrorMap error_map(const Mesh& mesh, const Mesh& reference, double range, const 
   const std::vector<ClosestPoint> found = SurfaceDistance(reference, context).distances(mesh.positions, context);
   std::vector<double> errors(found.size());
   for (std::size_t v = 0; v < errors.size(); ++v) {
-    const bool below = area_vector(reference, found[v].face).dot(mesh.positions[v] - found[v].point) < 0;
+    const bool below =
+        area_vector(reference.positions, reference.faces[found[v].face]).dot(mesh.positions[v] - found[v].point) < 0;
     errors[v] = mesh.frame.scale() * (below ? -found[v].distance : found[v].distance);
   }
   return finished(std::move(errors), range, true);

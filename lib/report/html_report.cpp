@@ -1,5 +1,6 @@
 #include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/error.h>
+#include <gpsrecon/core/face_geometry.h>
 #include <gpsrecon/measure/mesh_measures.h>
 #include <gpsrecon/report/html_report.h>
 #include <gpsrecon/report/html_resources.h>
@@ -383,10 +384,8 @@ Shown triangles_of(const Mesh& mesh, const ErrorMap& map) {
   Shown shown;
   shown.positions = mesh.positions;
   for (const double e : map.errors) shown.error_class.push_back(palette_index(map, e, classes));
-  for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
-    const auto face = mesh.faces[f];
-    for (std::size_t k = 2; k < face.size(); ++k) shown.faces.push_back({face[0], face[k - 1], face[k]});
-  }
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f)
+    for_each_triangle(mesh.faces[f], [&](Index a, Index b, Index c) { shown.faces.push_back({a, b, c}); });
   return shown;
 }
 

@@ -1,4 +1,5 @@
 #include <gpsrecon/core/bounding_box.h>
+#include <gpsrecon/core/face_geometry.h>
 #include <gpsrecon/core/principal_axes.h>
 #include <gpsrecon/report/picture.h>
 #include <Eigen/Geometry>
@@ -38,7 +39,7 @@ Picture draw(const Mesh& mesh, const View& view, std::size_t width, std::size_t 
   std::vector<double> depth(width * height, -std::numeric_limits<double>::infinity());
   const auto draw_triangle = [&](Index ia, Index ib, Index ic) {
     const Vec3 &a = seen[ia], &b = seen[ib], &c = seen[ic];
-    const Vec3 normal = (b - a).cross(c - a);
+    const Vec3 normal = area_vector(a, b, c);
     if (normal.z() == 0) return;
     const double light = 0.35 + 0.65 * std::abs(normal.z()) / normal.norm();
     const auto first = [](double x, double limit) { return std::clamp(std::ceil(x - 0.5), 0.0, limit); };
@@ -62,10 +63,7 @@ Picture draw(const Mesh& mesh, const View& view, std::size_t width, std::size_t 
         }
       }
   };
-  for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
-    const auto face = mesh.faces[f];
-    for (std::size_t k = 2; k < face.size(); ++k) draw_triangle(face[0], face[k - 1], face[k]);
-  }
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f) for_each_triangle(mesh.faces[f], draw_triangle);
   return picture;
 }
 

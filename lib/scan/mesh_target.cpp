@@ -6,6 +6,7 @@
 #include <CGAL/Simple_cartesian.h>
 #include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/error.h>
+#include <gpsrecon/core/face_geometry.h>
 #include <Eigen/Geometry>
 #include <string>
 #include <vector>
@@ -30,14 +31,11 @@ Vec3 to_vec(const Kernel::Point_3& p) {
 Triangles triangles_of(const Mesh& mesh, const Vec3& center) {
   Triangles triangles;
   triangles.reserve(mesh.faces.corners.size());
-  for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
-    const auto face = mesh.faces[f];
-    for (std::size_t k = 2; k < face.size(); ++k) {
-      const Vec3 a = mesh.positions[face[0]] - center, b = mesh.positions[face[k - 1]] - center,
-                 c = mesh.positions[face[k]] - center;
-      if ((b - a).cross(c - a).squaredNorm() > 0) triangles.emplace_back(to_point(a), to_point(b), to_point(c));
-    }
-  }
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f)
+    for_each_triangle(mesh.faces[f], [&](Index i, Index j, Index k) {
+      const Vec3 a = mesh.positions[i] - center, b = mesh.positions[j] - center, c = mesh.positions[k] - center;
+      if (area_vector(a, b, c).squaredNorm() > 0) triangles.emplace_back(to_point(a), to_point(b), to_point(c));
+    });
   return triangles;
 }
 
@@ -73,7 +71,7 @@ std::optional<SurfaceHit> MeshTarget::first_hit(const Vec3& origin, const Vec3& 
   const auto triangle = impl_->tree.first_intersected_primitive(ray);
   if (!triangle) return std::nullopt;
   const Vec3 a = to_vec((*triangle)->vertex(0)), b = to_vec((*triangle)->vertex(1)), c = to_vec((*triangle)->vertex(2));
-  const Vec3 normal = (b - a).cross(c - a).normalized();
+  const Vec3 normal = area_vector(a, b, c).normalized();
   const double slope = normal.dot(direction);
   if (slope == 0) return std::nullopt;  // the triangle is seen edge-on
   return SurfaceHit{origin + normal.dot(a - start) / slope * direction, normal};

@@ -1,3 +1,4 @@
+#include <gpsrecon/core/face_geometry.h>
 #include <gpsrecon/core/mesh_topology.h>
 #include <gpsrecon/core/neighbors.h>
 #include <gpsrecon/triangulate/handles.h>
@@ -29,8 +30,7 @@ std::vector<Loop> find_loops(const CovMesh& mesh) {
   std::vector<Vec3> outward(at.size(), Vec3::Zero());  // per start of a boundary half-edge: the normal of its face
   for (Index h = 0; h < he.half_edge_count(); ++h) {
     if (he.opposite[h] != no_index) continue;
-    const auto t = mesh.faces[he.face(h)];
-    outward[he.source(h)] = (at[t[1]] - at[t[0]]).cross(at[t[2]] - at[t[0]]).stableNormalized();
+    outward[he.source(h)] = unit_normal(at, mesh.faces[he.face(h)]);
   }
   std::vector<Loop> loops;
   for (std::vector<Index>& vertices : boundary_loops(he)) {
@@ -151,8 +151,7 @@ void append_vertices(Mixture& vertices, std::vector<Index>& component_of_vertex,
   std::vector<Vec3> normals(patch.positions.size(), Vec3::Zero());
   for (const auto& t : patch.faces) {
     edges.add(t, vertices.means, patch.first_new);
-    const Vec3 normal =
-        (vertices.means[t[1]] - vertices.means[t[0]]).cross(vertices.means[t[2]] - vertices.means[t[0]]);
+    const Vec3 normal = area_vector(vertices.means, t);
     for (const Index v : t)
       if (v >= patch.first_new) normals[v - patch.first_new] += normal;
   }

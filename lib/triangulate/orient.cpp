@@ -1,3 +1,4 @@
+#include <gpsrecon/core/face_geometry.h>
 #include <gpsrecon/core/mesh_topology.h>
 #include <gpsrecon/core/neighbors.h>
 #include <gpsrecon/core/parallel.h>
@@ -29,12 +30,6 @@ Pieces find_pieces(const FaceList& faces, std::size_t vertex_count) {
   for (Index h = 0; h < connectivity.half_edge_count(); ++h)
     if (connectivity.opposite[h] == no_index) pieces.open[pieces.components.of_face[connectivity.face(h)]] = 1;
   return pieces;
-}
-
-/// Twice the area of a face, as its length, along its normal.
-Vec3 face_vector(const Mixture& vertices, std::span<const Index> face) {
-  const Vec3 &a = vertices.means[face[0]], &b = vertices.means[face[1]], &c = vertices.means[face[2]];
-  return (b - a).cross(c - a);
 }
 
 /// Solid angle of a triangle seen from a point (Van Oosterom and Strackee 1983).
@@ -90,7 +85,7 @@ std::size_t orient(const Mixture& vertices, FaceList& faces, const std::optional
   std::vector<Vec3> centroid(count, Vec3::Zero());
   std::vector<double> area(count, 0);
   for (std::size_t f = 0; f < faces.size(); ++f) {
-    const double size = face_vector(vertices, faces[f]).norm();
+    const double size = area_vector(vertices.means, faces[f]).norm();
     centroid[pieces.components.of_face[f]] += size * center_of(f);
     area[pieces.components.of_face[f]] += size;
   }
@@ -98,7 +93,7 @@ std::size_t orient(const Mixture& vertices, FaceList& faces, const std::optional
   std::vector<Vec3> vector_area(count, Vec3::Zero());
   for (std::size_t f = 0; f < faces.size(); ++f) {
     const Index c = pieces.components.of_face[f];
-    const Vec3 normal = face_vector(vertices, faces[f]), center = center_of(f);
+    const Vec3 normal = area_vector(vertices.means, faces[f]), center = center_of(f);
     // Flux of the field from the centroid: six times the enclosed volume if closed. Towards the sensor: each face
     // votes with its area, as seen, since near faces would otherwise decide alone.
     const Vec3 out = pieces.open[c] && sensor ? (*sensor - center).normalized() : Vec3(center - centroid[c] / area[c]);
@@ -122,7 +117,7 @@ std::size_t orient_by_vote(const Mixture& vertices, FaceList& faces, const Point
   std::vector<Vec3> normals(vertices.size(), Vec3::Zero());
   std::vector<Index> component(vertices.size(), no_index);
   for (std::size_t f = 0; f < faces.size(); ++f) {
-    const Vec3 normal = face_vector(vertices, faces[f]);
+    const Vec3 normal = area_vector(vertices.means, faces[f]);
     for (const Index v : faces[f]) {
       normals[v] += normal;
       component[v] = pieces.components.of_face[f];

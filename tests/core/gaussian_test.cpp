@@ -51,6 +51,11 @@ TEST(LogDensity, IsTheFormula) {
   }
 }
 
+double kl_divergence(const FactoredGaussian& a, const FactoredGaussian& b) {
+  return gpsrecon::kl_divergence(expected_squared_mahalanobis(b.precision, a.mean - b.mean, a.covariance),
+                                 a.log_determinant, b.log_determinant);
+}
+
 TEST(KlDivergence, IsTheIntegralOfItsDefinition) {
   RandomSequence random(3);
   for (int trial = 0; trial < 3; ++trial) {

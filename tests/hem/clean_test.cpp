@@ -3,6 +3,7 @@
 
 #include <gpsrecon/core/clean.h>
 #include <gpsrecon/core/error.h>
+#include <gpsrecon/core/in_frame.h>
 #include <support/shapes.h>
 #include <cstring>
 #include <limits>

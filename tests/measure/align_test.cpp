@@ -1,10 +1,12 @@
 #include <gpsrecon/core/error.h>
+#include <gpsrecon/core/in_frame.h>
 #include <gpsrecon/measure/align.h>
 #include <gtest/gtest.h>
 
 #include <numbers>
 
 #include "shapes.h"
+#include "support/random_sequence.h"
 
 namespace gpsrecon::test {
 namespace {
@@ -66,11 +68,6 @@ TEST(Align, FarFromTheOrigin) {
 
 /// The motion found is one of the world, whatever frames the shapes are stored in.
 TEST(Align, OfShapesInFramesOfTheirOwn) {
-  const auto in_frame = [](Mesh mesh, const Frame& frame) {
-    for (Vec3& p : mesh.positions) p = frame.to_local(p);
-    mesh.frame = frame;
-    return mesh;
-  };
   const Mesh reference = bean();
   const Motion m = motion(5, {0.1, -0.2, 0.15});
   const Mesh shape = moved(reference, m);
@@ -81,6 +78,22 @@ TEST(Align, OfShapesInFramesOfTheirOwn) {
     const Mesh back = moved_by(in_frame(shape, a), found);
     for (std::size_t v = 0; v < back.positions.size(); ++v)
       ASSERT_LT((a.to_world(back.positions[v]) - reference.positions[v]).norm(), 1e-6);
+  }
+}
+
+/// Σ' R w = R Σ w for every w.
+TEST(MovedBy, TurnsCovariances) {
+  RandomSequence random(9);
+  Mesh mesh = bean();
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v) mesh.covariances.push_back(random.covariance(0.1, 3));
+  Alignment turn;
+  turn.rotation = motion(70, {}).rotation;
+  const Mesh turned = moved_by(mesh, turn);
+  ASSERT_EQ(turned.covariances.size(), mesh.covariances.size());
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+    const Vec3 w = random.vector();
+    EXPECT_LT((turned.covariances[v] * Vec3(turn.rotation * w) - turn.rotation * (mesh.covariances[v] * w)).norm(),
+              1e-14);
   }
 }
 

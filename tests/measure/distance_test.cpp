@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 #include <gpsrecon/core/error.h>
+#include <gpsrecon/core/face_geometry.h>
 #include <gpsrecon/measure/distance.h>
 #include <gtest/gtest.h>
 
@@ -33,10 +34,9 @@ double to_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
 
 double to_face(const Vec3& p, const Mesh& mesh, std::size_t f) {
   double best = std::numeric_limits<double>::infinity();
-  const auto face = mesh.faces[f];
-  for (std::size_t k = 2; k < face.size(); ++k)
-    best =
-        std::min(best, to_triangle(p, mesh.positions[face[0]], mesh.positions[face[k - 1]], mesh.positions[face[k]]));
+  for_each_triangle(mesh.faces[f], [&](Index a, Index b, Index c) {
+    best = std::min(best, to_triangle(p, mesh.positions[a], mesh.positions[b], mesh.positions[c]));
+  });
   return best;
 }
 

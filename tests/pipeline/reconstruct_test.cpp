@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 #include <gpsrecon/core/error.h>
+#include <gpsrecon/core/in_frame.h>
 #include <gpsrecon/io/io.h>
 #include <gpsrecon/pipeline/reconstruct.h>
 #include <gtest/gtest.h>
