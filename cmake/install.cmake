@@ -10,11 +10,14 @@ set(GPSRECON_PUBLIC_HEADERS
   clop/particles.h
   clop/project.h
   core/attributes.h
+  core/bounding_box.h
   core/clean.h
   core/connectivity.h
   core/error.h
+  core/face_geometry.h
   core/frame.h
   core/gaussian.h
+  core/in_frame.h
   core/length.h
   core/mesh.h
   core/mesh_topology.h
@@ -28,8 +31,10 @@ set(GPSRECON_PUBLIC_HEADERS
   core/repair_topology.h
   core/resource_usage.h
   core/run_context.h
+  core/surface_rules.h
   core/sym3.h
   core/vec.h
+  core/version.h
   fit/fit.h
   gps/evaluate.h
   gps/edit.h
