@@ -197,7 +197,7 @@ def ridge_lines(rows):
             "publication has it; the fit then moves the Gaussians off the ridge on purpose, towards the points.", "",
             table(["scan", "Gaussians", "σ₀", "mean", "median", "95 %", "largest", "lost"], body),
             "![Sections of surface and ridge](pictures/benchmark/ridge.png)", "",
-            "Sections through the surface before the fit (black) and where its points come to rest on the ridge (blue; red: lost), at the place where",
+            "Sections through the surface before the fit (black) and where its points come to rest on the ridge (blue; red: lost), where",
             "the two are farthest apart.", ""]
 
 

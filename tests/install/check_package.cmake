@@ -39,19 +39,39 @@ foreach(header IN LISTS headers)
   endforeach()
 endforeach()
 
-# The program is the one that the README shows.
+function(build_program source)
+  file(WRITE ${WORK_DIR}/main.cpp "${source}")
+  run("The program cannot be configured" ${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR}/consumer -B ${build}
+    -G ${GENERATOR} -D CMAKE_BUILD_TYPE=${BUILD_TYPE} -D CMAKE_CXX_COMPILER=${CXX_COMPILER}
+    "-DCMAKE_CXX_FLAGS=${CXX_FLAGS}" -D CMAKE_PREFIX_PATH=${stage} -D INCLUDE_DIR=${stage}/include
+    -D MAIN=${WORK_DIR}/main.cpp)
+  run("The program cannot be built" ${CMAKE_COMMAND} --build ${build})
+endfunction()
+
+# The programs are those that README and guide show: the same one, and in the guide another.
+set(block "```cpp\n([^`]+)```")
 file(READ ${SOURCE_DIR}/README.md readme)
-string(REGEX MATCH "```cpp\n([^`]+)```" block "${readme}")
-file(WRITE ${WORK_DIR}/main.cpp "${CMAKE_MATCH_1}")
-run("The program cannot be configured" ${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR}/consumer -B ${build}
-  -G ${GENERATOR} -D CMAKE_BUILD_TYPE=${BUILD_TYPE} -D CMAKE_CXX_COMPILER=${CXX_COMPILER}
-  "-DCMAKE_CXX_FLAGS=${CXX_FLAGS}" -D CMAKE_PREFIX_PATH=${stage} -D INCLUDE_DIR=${stage}/include
-  -D MAIN=${WORK_DIR}/main.cpp)
-run("The program cannot be built" ${CMAKE_COMMAND} --build ${build})
+string(REGEX MATCH "${block}" found "${readme}")
+set(reconstructs "${CMAKE_MATCH_1}")
+file(READ ${SOURCE_DIR}/docs/guide/library.md guide)
+string(REGEX MATCH "${block}" found "${guide}")
+if(NOT "${CMAKE_MATCH_1}" STREQUAL "${reconstructs}")
+  message(FATAL_ERROR "README.md and docs/guide/library.md show different programs")
+endif()
+string(REPLACE "${found}" "" guide "${guide}")
+string(REGEX MATCH "${block}" found "${guide}")
+set(evaluates "${CMAKE_MATCH_1}")
+
+build_program("${reconstructs}")
 run("The program fails" ${build}/consumer ${BUILD_DIR}/datasets/example.ply ${WORK_DIR}/surface.ply)
 file(STRINGS ${WORK_DIR}/surface.ply faces REGEX "^element face [1-9]" LIMIT_COUNT 1)
 if(NOT faces)
   message(FATAL_ERROR "The program wrote no faces")
+endif()
+build_program("${evaluates}")
+run("The program of the guide fails" ${build}/consumer ${SOURCE_DIR}/tests/corpus/covmesh_two_triangles.ply)
+if(NOT output)
+  message(FATAL_ERROR "The program of the guide printed nothing")
 endif()
 
 find_program(program gpsrecon PATHS ${stage}/bin NO_DEFAULT_PATH)
