@@ -50,7 +50,7 @@ class MixtureAttraction final : public Attraction {
             std::span<std::optional<Vec3>> pulls) const override;
 
  private:
-  /// The product of one Gaussian of the kernel with one of the mixture, which depends on the particle by its place
+  /// The product of one Gaussian of the kernel with one of the mixture, which depends on the particle by its position
   /// only.
   struct Product {
     Sym3 gain;      ///< σ_k² h² Λ_sk⁻¹: times μ_s - q it is the step to the mean of the product, Eq. 21

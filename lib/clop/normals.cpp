@@ -19,7 +19,7 @@ constexpr std::size_t queries_per_block = 1024;
 
 constexpr int fewest_neighbors = 12, most_neighbors = 100;
 constexpr double wanted_error = 0.04;         // angle by which noise may turn a plane, radians
-constexpr std::size_t scale_samples = 16384;  // a median needs no more places than this
+constexpr std::size_t scale_samples = 16384;  // a median needs no more neighbourhoods than this
 constexpr std::size_t noise_neighbors = 48;   // as many as show noise rather than spacing
 constexpr double line_ratio = 0.1 * 0.1;      // of the variances of what is a line
 constexpr std::size_t most_doublings = 3;     // of the neighbours of a line

@@ -23,7 +23,7 @@ Vec3 random_direction(std::uint64_t seed, std::uint64_t counter) {
   return {ring * std::cos(angle), ring * std::sin(angle), z};
 }
 
-/// Particles at one place would never part: their repulsion is a multiple of their difference. All but the first of
+/// Particles at one point would never part: their repulsion is a multiple of their difference. All but the first of
 /// them are moved.
 void part_coinciding(std::vector<Vec3>& positions, double h, std::uint64_t seed) {
   std::vector<Index> order(positions.size());

@@ -17,7 +17,7 @@ class OptionError : public Error {
   using Error::Error;
 };
 
-/// Input that cannot be read, is malformed, or holds no finite point. The message names the file, the place in it
+/// Input that cannot be read, is malformed, or holds no finite point. The message names the file, the position in it
 /// (byte, line or element) and what was expected there.
 class InputError : public Error {
  public:

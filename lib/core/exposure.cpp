@@ -29,12 +29,12 @@ View view_number(int v) {
   return View({r * std::cos(angle), r * std::sin(angle), z});
 }
 
-/// A weighted Gaussian in a view: its marginal density over the image, and that along the ray at a place of the image.
+/// A weighted Gaussian in a view: its marginal density over the image, and that along the ray at a point of the image.
 struct Splat {
   double x, y, depth;        // of the mean
   double pxx, pxy, pyy;      // precision of the marginal
   double slope_x, slope_y;   // of the mean depth over the image
-  double inverse_deviation;  // of the depth given the place
+  double inverse_deviation;  // of the depth given that point
   double peak;               // of the weighted marginal
 
   Splat() = default;

@@ -12,9 +12,10 @@ namespace gpsrecon {
 /// block and then over blocks in order, so they do not depend on the number of threads.
 inline constexpr std::size_t parallel_block_size = 4096;
 
-/// Calls body(block, begin, end) for every block of `block_size` consecutive indices of [0, n), in threads of OpenMP; in
-/// the calling one alone within a parallel region. The body must write only to slots of its own indices or block. The
-/// exception of the lowest block that throws is rethrown; cancellation is checked before each block, throws Cancelled.
+/// Calls body(block, begin, end) for every block of `block_size` consecutive indices of [0, n), in threads of OpenMP;
+/// in the calling one alone within a parallel region. The body must write only to slots of its own indices or block.
+/// The exception of the lowest block that throws is rethrown; cancellation is checked before each block, throws
+/// Cancelled.
 void parallel_blocks(std::size_t n, const RunContext& context,
                      const std::function<void(std::size_t block, std::size_t begin, std::size_t end)>& body,
                      std::size_t block_size = parallel_block_size);

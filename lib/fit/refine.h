@@ -20,7 +20,7 @@ std::vector<char> strongest_edges(const CovMesh& mesh, const Connectivity& topol
 /// Splits the marked edges and, for the shape of the triangles, the longest edge of every triangle that loses one
 /// (Rivara 1984), so that no angle falls below half of the smallest there was. Triangles with three split edges become
 /// four, as in a Loop step; new vertices come at the end with the Gaussian that a Loop step puts on their edge, and
-/// old ones move towards their place after a Loop step by the share of their edges that are split. The total weight
+/// old ones move towards their position after a Loop step by the share of their edges that are split. The total weight
 /// stays: a new vertex takes a share from the ends of its edge. O(n).
 /// Throws InvariantError as triangle_connectivity.
 CovMesh split_edges(const CovMesh& mesh, const Connectivity& topology, std::vector<char> marked,

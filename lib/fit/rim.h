@@ -8,7 +8,7 @@ namespace gpsrecon {
 /// The rim of a surface: its boundary samples and, for each, the samples before and after it along the boundary.
 struct Rim {
   std::vector<Index> sample, previous, next;
-  std::vector<Index> position;  ///< per sample of the surface: its place in `sample`, or no_index
+  std::vector<Index> position;  ///< per sample of the surface: its index in `sample`, or no_index
 };
 Rim find_rim(const LimitSurface& surface);
 

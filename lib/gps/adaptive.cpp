@@ -283,7 +283,7 @@ class Tessellator {
     const auto at = [&](double x, double y, double z) {
       const Vec3 p = point(t.patch, x * t.at[0] + y * t.at[1] + z * t.at[2], work);
       if (distance(p, index) <= limit_) return false;
-      // In flat places parameters may run beyond the edge.
+      // In flat regions parameters may run beyond the edge.
       for (const Index e : t.edges)
         for (const Index other : edges_[e].faces)
           if (other != no_index && other != index && distance(p, other) <= limit_) return false;

@@ -18,7 +18,7 @@ struct Tessellation {
 /// are cut along: there are no cracks and no T-junctions. An edge is halved where the surface along it is too far from
 /// both triangles at it (at the boundary: from the edge), a triangle at its longest edge where the surface inside is;
 /// and a triangle that is cut is cut at its longest edge in any case (Rivara 1984), which bounds its angles in the
-/// parameters. Flat places stay coarse. Distances are measured at 1/4, 1/2 and 3/4 of edges and four points inside,
+/// parameters. Flat regions stay coarse. Distances are measured at 1/4, 1/2 and 3/4 of edges and four points inside,
 /// twice as densely on control faces, and must stay within 0.7 of the tolerance. Edges are halved at most
 /// `max_halvings` times.
 /// Precondition: tolerance > 0. O(size of the result).

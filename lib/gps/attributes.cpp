@@ -122,7 +122,7 @@ void interpolate(const Surface& surface, const Mixture& control, Mesh& refined, 
   }
 }
 
-/// Samples of a surface at given places, with the interface of RefinementLevels.
+/// Samples of a surface at given parameters, with the interface of RefinementLevels.
 struct PlacedSamples {
   const PatchTable& table;
   std::span<const SurfaceParameter> places;

@@ -52,7 +52,7 @@ void check_places(const PatchTable& table, std::span<const SurfaceParameter> pla
   for (const SurfaceParameter& p : places) {
     const double top = table.triangular() ? p.u + p.v : std::max(p.u, p.v);
     if (p.patch >= table.patch_count() || !(p.u >= 0 && p.v >= 0 && top <= 1 + slack))
-      throw OptionError("no place on the surface: patch " + std::to_string(p.patch) + " of " +
+      throw OptionError("no parameter of the surface: patch " + std::to_string(p.patch) + " of " +
                         std::to_string(table.patch_count()) + ", u = " + std::to_string(p.u) +
                         ", v = " + std::to_string(p.v));
   }

@@ -10,7 +10,7 @@
 
 namespace gpsrecon {
 
-/// A place on a limit surface. Scheme::loop: patch f is face f with corners a, b, c, and (u, v) stands for the
+/// A point of a limit surface. Scheme::loop: patch f is face f with corners a, b, c, and (u, v) stands for the
 /// barycentric coordinates 1 - u - v, u, v; u, v >= 0, u + v <= 1. Scheme::catmull_clark: patch first_patch(f) is face
 /// f with corners a, b, c, d at (0,0), (1,0), (1,1), (0,1), if it has four corners; a face of n != 4 corners has n
 /// patches from first_patch(f) on, one for each corner: the corner at (0,0), the middle of the edge that leaves it at
@@ -20,14 +20,14 @@ struct SurfaceParameter {
   double u = 0, v = 0;
 };
 
-/// The surface at a place, in the units of the control means.
+/// The surface at a parameter, in the units of the control means.
 struct SurfacePoint {
   Vec3 position;
   Vec3 u, v;        ///< μ_u, μ_v: derivatives by the parameters of the patch (appendix B)
   Vec3 uu, uv, vv;  ///< second derivatives
   Vec3 normal;      ///< unit, on the side from which faces run counter-clockwise; zero where tangents span no plane
   Sym3 covariance;  ///< of the Gaussian there
-  /// The place is a vertex of irregular valence, where derivatives by the parameters need not exist: position, normal
+  /// The point is a vertex of irregular valence, where derivatives by the parameters need not exist: position, normal
   /// and covariance are those of the vertex, the derivatives those at a parameter distance of extraordinary_offset in u
   /// and v from it.
   bool extraordinary = false;
@@ -67,7 +67,7 @@ class SurfaceEvaluator {
   Index first_patch(std::size_t face) const;
   std::size_t patches_of(std::size_t face) const;
 
-  /// All derivatives at each place, in parallel. Throws OptionError for places outside their patches.
+  /// All derivatives at each parameter, in parallel. Throws OptionError for parameters outside their patches.
   std::vector<SurfacePoint> evaluate(std::span<const SurfaceParameter> places, const RunContext& context = {}) const;
   SurfacePoint evaluate(const SurfaceParameter& place) const;
 

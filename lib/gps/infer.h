@@ -13,7 +13,7 @@ enum class InferMethod {
 struct InferOptions {
   InferMethod method = InferMethod::face;
   /// Added to the diagonal of each face's (or vertex neighbourhood's) population covariance, in multiples of its
-  /// largest eigenvalue: what keeps flat places invertible. Range: [1e-9, 1e3].
+  /// largest eigenvalue: what keeps flat neighbourhoods invertible. Range: [1e-9, 1e3].
   double bias = 0.05;
   /// The same as an absolute standard deviation in world units, whose square is added in place of `bias`; never less
   /// than a `bias` of 1e-9 would be. 0 = use `bias`. Range: 0 or [1e-100, 1e100].

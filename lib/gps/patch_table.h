@@ -46,7 +46,7 @@ class PatchTable {
     return first_patch_.empty() ? static_cast<Index>(face) : first_patch_[face];
   }
 
-  /// A place on a leaf, with ∂(s, t)/∂(u, v).
+  /// Parameters on a leaf, with ∂(s, t)/∂(u, v).
   struct LeafPoint {
     Index leaf;
     double s, t;
@@ -54,7 +54,7 @@ class PatchTable {
   };
   LeafPoint locate(const SurfaceParameter& at) const;
 
-  /// True if the place is the vertex of a leaf where derivatives by parameters do not exist.
+  /// True if the point is the vertex of a leaf where derivatives by parameters do not exist.
   bool extraordinary(const LeafPoint& at) const {
     return kinds_[leaves_[at.leaf].kind].faces > 0 && std::max(at.s, at.t) <= closest;
   }
@@ -90,7 +90,7 @@ class PatchTable {
     std::array<T, 25> window, fine;
   };
 
-  /// The surface over a place of a leaf and its derivatives by (s, t) up to `Order`; the rest is left as it is.
+  /// The surface at parameters of a leaf and its derivatives by (s, t) up to `Order`; the rest is left as it is.
   /// O(1) on regular leaves, else O(n d) for n faces around the vertex at a parameter distance of 2^-d.
   template <int Order, class T>
   void evaluate(std::span<const T> points, const LeafPoint& at, Workspace<T>& work, Jet<T>& jet) const;
@@ -152,7 +152,7 @@ class PatchTable {
 
 namespace detail {
 
-/// Place of the lattice point (x, y) in a window of the points with -1 <= x, y <= 3.
+/// Index of the lattice point (x, y) in a window of the points with -1 <= x, y <= 3.
 constexpr std::size_t at(int x, int y) {
   return static_cast<std::size_t>(5 * (y + 1) + x + 1);
 }

@@ -23,7 +23,7 @@ void add_scalar(Mesh& mesh, const char* name, std::vector<double> values) {
   mesh.scalars.push_back({name, std::move(values), ScalarKind::quantity});
 }
 
-/// Columns in world units. Where a vertex has no place it has no curvature.
+/// Columns in world units. Where a vertex has no parameter it has no curvature.
 void add_curvatures(const SurfaceEvaluator& surface, const std::vector<SurfaceParameter>& places, Mesh& mesh,
                     const RunContext& context) {
   std::vector<SurfaceParameter> on_surface;

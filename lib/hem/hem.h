@@ -34,7 +34,7 @@ struct HemOptions {
   double min_reduction = 0.025;
   /// Largest number of levels. Range: >= 0; 0 = until the stop rule.
   int max_levels = 0;
-  /// Levels after those, at most, that merge only within flat places: a child's mean lies off the plane of its parent,
+  /// Levels after those, at most, that merge only within flat regions: a child's mean lies off the plane of its parent,
   /// and its thickness exceeds the parent's, by at most a tenth of the parent's smallest eigenvalue (squared distance,
   /// variance). Thins out what is smooth and leaves detail alone, and pieces of three components or fewer, too. None if
   /// the wanted number is reached before. Range: >= 0.

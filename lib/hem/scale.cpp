@@ -15,7 +15,7 @@ constexpr std::size_t spacing_neighbors = 8;  // without the point itself
 constexpr std::size_t noise_neighbors = 48;   // with the point itself
 // Points around a sparse one lie in a sheet if their smallest deviation is below this share of the middle one.
 constexpr double sheet_flatness = 0.4;
-// A median needs no more places than this.
+// A median needs no more neighbourhoods than this.
 constexpr std::size_t noise_samples = 16384;
 
 std::vector<double> neighbor_distances(const std::vector<Vec3>& points, const Neighbors& index, std::size_t k,
@@ -86,8 +86,8 @@ bool keep_one_sheet(const std::vector<Vec3>& points, const Vec3& normal, std::ve
   return true;
 }
 
-/// Walls count where at least this share of the places shows two sheets. Fewer hardly move a median; and where scans
-/// overlap badly, or depths come in steps, one surface shows as two here and there.
+/// Walls count where at least this share of the neighbourhoods shows two sheets. Fewer hardly move a median; and where
+/// scans overlap badly, or depths come in steps, one surface shows as two here and there.
 constexpr double least_walls = 0.2;
 
 double smallest_deviation(const Eigen3& axes) {
@@ -95,7 +95,7 @@ double smallest_deviation(const Eigen3& axes) {
 }
 
 /// The noise: smallest principal standard deviation of the points around each of a regular subset of the points,
-/// median. In a cloud of thin walls, over the places whose two sheets can be told apart, of the points of one.
+/// median. In a cloud of thin walls, over the neighbourhoods whose two sheets can be told apart, of the points of one.
 void estimate_noise(const std::vector<Vec3>& points, const Neighbors& index, const RunContext& context, Scale& scale) {
   const std::size_t stride = std::max<std::size_t>(1, points.size() / noise_samples);
   std::vector<double> thickness((points.size() + stride - 1) / stride);

@@ -28,9 +28,9 @@ struct Scale {
 };
 
 /// Sample spacing from the distance d8 to the 8th neighbour, A = median(d8) sqrt(π/9), noise from the smallest
-/// principal deviation of 48 points (where a fifth of the places shows two sheets, the sides of thin walls, of those
-/// in the same sheet), and the kernel width of the first mixture level from both. Weights are ignored.
-/// O(n log n). Throws OptionError; NoSurfaceError if fewer than three points are given.
+/// principal deviation of 48 points (where a fifth of the neighbourhoods shows two sheets, the sides of thin walls, of
+/// those in the same sheet), and the kernel width of the first mixture level from both. Weights are ignored. O(n log
+/// n). Throws OptionError; NoSurfaceError if fewer than three points are given.
 Scale estimate_scale(const PointCloud& cloud, const ScaleOptions& options = {}, const RunContext& context = {});
 
 }  // namespace gpsrecon

@@ -5,7 +5,7 @@
 namespace gpsrecon {
 namespace {
 
-/// Place of v in t; t contains v.
+/// Index of v in t; t contains v.
 int corner(const GrowingSurface::Triangle& t, Index v) {
   return t[0] == v ? 0 : t[1] == v ? 1 : 2;
 }

@@ -176,7 +176,7 @@ class LoopFinder {
   const Surface& surface_;
   const Connectivity& half_edges_;
   std::size_t max_edges_;
-  Marks number_;  ///< per vertex of the ball: its place in ball_
+  Marks number_;  ///< per vertex of the ball: its index in ball_
   Marks side_;    ///< per face: its number in the ball, or the side of a loop from which it was reached
   std::vector<Reached> ball_;
   std::vector<BallEdge> edges_;

@@ -43,9 +43,9 @@ class HolePatcher {
   /// the outcome is `closed`. O(m² log m + n) for m edges, typically, O(m³) at worst.
   Outcome close(const std::vector<Index>& loop, const Wanted& wanted, const Replaced& replaced);
 
-  /// Cuts out the places where the surface intersects itself, each with a few rings of faces around, and patches them,
-  /// where that helps. A place at a boundary, or whose surroundings are no disc, stays as it is. O(n log² n), and O(n)
-  /// for each place.
+  /// Cuts out the regions where the surface intersects itself, each with a few rings of faces around, and patches them,
+  /// where that helps. A region at a boundary, or whose surroundings are no disc, stays as it is. O(n log² n), and O(n)
+  /// for each region.
   void untangle(const Replaced& replaced);
 
   /// Takes a handle away: cuts out the faces around a loop, with up to a few rings of faces more, and patches the holes

@@ -8,7 +8,7 @@ namespace gpsrecon {
 
 /// What was done to a surface, and what became of its boundary loops.
 struct Mending {
-  std::size_t untangled = 0;       ///< self-intersecting places replaced
+  std::size_t untangled = 0;       ///< self-intersecting regions replaced
   std::size_t handles = 0;         ///< small handles removed
   std::size_t filled = 0;          ///< loops closed
   std::size_t rims = 0;            ///< of these, outer rims of open sheets
@@ -16,7 +16,7 @@ struct Mending {
   std::vector<LoopReason> reason;  ///< per vertex of the mesh; of the loop it is on, where it is still on one
 };
 
-/// Replaces places where the surface intersects itself and removes small handles, then fills boundary loops as
+/// Replaces regions where the surface intersects itself and removes small handles, then fills boundary loops as
 /// options.holes says, shortest first: with triangles over new vertices, which get Gaussians, flat in the patch, as
 /// wide against the edges there as those of the rim are, and as thick as these, so that the smooth surface runs on; of
 /// a weight that stands for no point. `component_of_vertex` is no_index for them. `mixture` holds the Gaussians that

@@ -5,7 +5,7 @@
 
 namespace gpsrecon {
 
-/// Finds patches of the surface that show their inner side: where a front turned back at a crumpled place and grew on
+/// Finds patches of the surface that show their inner side: where a front turned back in a crumpled region and grew on
 /// inside out, it ends along a seam at which overlapping, parallel Gaussians face opposite ways. The sheet normals are
 /// given consistent signs along a maximum spanning forest of their overlaps (Hoppe et al. 1992, over Gaussians);
 /// patches that disagree with the rest of their tree, and hang on the surface by fewer than half as many edges as they

@@ -6,14 +6,14 @@
 
 namespace gpsrecon {
 
-/// Per component of a mixture a unit normal to the outer side of the surface, from what light reaches it (exposure.h):
+/// Per component of a mixture a unit normal to the outer side of the surface, by ambient occlusion (exposure.h):
 /// zero where that is unknown, and on surfaces that are not closed, whose two sides are both outer ones. The normals of
 /// flat components (`sheet_normals`, zero for others) get their signs along a maximum spanning forest of their
-/// overlaps; trees of it are not joined if light tells that they show opposite sides, as the two of a thin sheet or the
-/// walls of a crevice do. Creases and tips have their bent normals. A surface counts as closed if, over a connected
+/// overlaps; trees of it are not joined if exposure tells that they show opposite sides, as the two of a thin sheet or
+/// the walls of a crevice do. Creases and tips have their bent normals. A surface counts as closed if, over a connected
 /// part of the graph, one side gets at least three times the light of the other. Measured on scans: closed surfaces 15
 /// to 20 times, with gaps from few views 6 to 9 times, a vase and a room open at one side 4 times, scans from a single
-/// place 1.1 to 1.5 times. O(n k log n).
+/// view 1.1 to 1.5 times. O(n k log n).
 std::vector<Vec3> outer_normals(const Mixture& mixture, const OverlapGraph& graph,
                                 const std::vector<Vec3>& sheet_normals, const RunContext& context);
 

@@ -57,7 +57,7 @@ std::size_t split_vertices(Mixture& vertices, std::vector<Index>& component_of_v
 
 namespace {
 
-/// How much heavier a bubble may be than a speck.
+/// How much heavier a bubble may be than another small component.
 constexpr double bubble_factor = 10;
 
 /// Per component: it is closed and each of its vertices overlaps a heavier one. `members` are pairs of component and

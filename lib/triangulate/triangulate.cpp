@@ -128,7 +128,7 @@ Triangulation triangulate(const Mixture& mixture, const TriangulateOptions& opti
   result.filled_vertices = mending.new_vertices;
   if (mending.rims > 0)
     context.warn(std::to_string(mending.rims) + " outer rims of open sheets were capped: there are no points there");
-  // Gaussians of places that were replaced are left over, too, unless a copy of them is still in use.
+  // Gaussians of regions that were replaced are left over, too, unless a copy of them is still in use.
   std::vector<char> used(mesh.vertices.size(), 0), component_used(mixture.size(), 0);
   for (const Index v : mesh.faces.corners) used[v] = 1;
   for (Index v = 0; v < mesh.vertices.size(); ++v)
