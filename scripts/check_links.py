@@ -15,7 +15,6 @@ import urllib.parse
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-FOLDERS = ("docs", "datasets")
 
 
 def blank(match):
@@ -88,6 +87,11 @@ def broken_links(paths, read):
                 yield f"{path}:{line}: {link}: there is no such heading"
 
 
+def pages():
+    """The Markdown files of the project."""
+    return sorted(ROOT.glob("*.md")) + [p for folder in ("docs", "datasets") for p in sorted((ROOT / folder).rglob("*.md"))]
+
+
 def main():
     if len(sys.argv) > 2 or (len(sys.argv) == 2 and not Path(sys.argv[1]).is_dir()):
         print(__doc__, file=sys.stderr)
@@ -95,8 +99,7 @@ def main():
     if len(sys.argv) == 2:
         paths, read = sorted(Path(sys.argv[1]).rglob("*.html")), read_html
     else:
-        paths = sorted(ROOT.glob("*.md")) + [p for folder in FOLDERS for p in sorted((ROOT / folder).rglob("*.md"))]
-        read = read_markdown
+        paths, read = pages(), read_markdown
     complaints = list(broken_links(paths, read))
     for line in complaints:
         print(line, file=sys.stderr)
