@@ -23,7 +23,7 @@ class Links(unittest.TestCase):
 
     def test_links_of_markdown(self):
         found = self.broken(check_links.read_markdown, a="""# Head
-[one](b) [two](b#the-second---head) [three](#head) [far](https://example.org/none) ![picture](none.png)
+[one](b) [two](b#the-second----head) [three](#head) [far](https://example.org/none) ![picture](none.png)
 [four](b#no) [five](none#head) `[code](none)`
 
     [code](none)
