@@ -1,15 +1,19 @@
 #!/bin/sh
-# Configures and builds the release preset: scripts/build.sh [-DOPTION=VALUE ...] [target ...], all targets by default.
+# Configures and builds a preset, release by default: scripts/build.sh [--preset NAME] [-DOPTION=VALUE ...] [target ...], all
+# targets by default.
 set -eu
 cd "$(dirname "$0")/.."
 
+preset=release
 options=""
 targets=""
-for argument in "$@"; do
-  case "$argument" in
-    -D*) options="$options $argument" ;;
-    *) targets="$targets $argument" ;;
+while [ $# -gt 0 ]; do
+  case "$1" in
+    --preset) preset=$2; shift ;;
+    -D*) options="$options $1" ;;
+    *) targets="$targets $1" ;;
   esac
+  shift
 done
 
 # The sources that include CGAL take up to 1.5 GB each to compile, so memory bounds the number of jobs too.
@@ -20,6 +24,6 @@ jobs=$((by_memory < cores ? by_memory : cores))
 [ "$jobs" -ge 1 ] || jobs=1
 
 # shellcheck disable=SC2086
-cmake --preset release $options
+cmake --preset "$preset" $options
 # shellcheck disable=SC2086
-cmake --build --preset release --parallel "$jobs" ${targets:+--target $targets}
+cmake --build --preset "$preset" --parallel "$jobs" ${targets:+--target $targets}
