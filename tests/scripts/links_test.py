@@ -53,5 +53,11 @@ class Links(unittest.TestCase):
         self.assertEqual(list(check_links.broken_links(check_links.pages(), check_links.read_markdown)), [])
 
 
+    def test_the_site_lists_every_page(self):
+        site = (check_links.ROOT / "docs/mkdocs.yml").read_text()
+        pages = [str(page.relative_to(check_links.ROOT)) for page in check_links.pages()]
+        self.assertEqual([page for page in pages if f": {page}\n" not in site], [])
+
+
 if __name__ == "__main__":
     unittest.main(argv=["links_test"])
