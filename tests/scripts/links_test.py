@@ -52,7 +52,6 @@ class Links(unittest.TestCase):
         self.assertGreater(len(check_links.pages()), 30)
         self.assertEqual(list(check_links.broken_links(check_links.pages(), check_links.read_markdown)), [])
 
-
     def test_the_site_lists_every_page(self):
         site = (check_links.ROOT / "docs/mkdocs.yml").read_text()
         pages = [str(page.relative_to(check_links.ROOT)) for page in check_links.pages()]
