@@ -20,27 +20,6 @@ std::string in_quotes(const std::string& text) {
   return "'" + text + "'";
 }
 
-[[noreturn]] void expected(const std::string& what, const std::string& text) {
-  throw OptionError("expected " + what + ", got " + in_quotes(text));
-}
-
-/// The shortest text that is read back as the same number.
-template <class T>
-std::string shortest(T value) {
-  std::array<char, 32> buffer{};
-  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr;
-  return {buffer.data(), end};
-}
-
-template <class T>
-bool read_whole(const std::string& text, T& value) {
-  const char* begin = text.data();
-  const char* end = begin + text.size();
-  if (text.size() > 1 && *begin == '+' && text[1] != '-') ++begin;
-  const auto [stop, error] = std::from_chars(begin, end, value);
-  return error == std::errc{} && stop == end;
-}
-
 /// `text` broken into lines of at most `width` characters, each but the first indented.
 std::string wrapped(const std::string& text, std::size_t indent, std::size_t width) {
   std::istringstream words(text);
@@ -84,7 +63,10 @@ std::string config_value(const std::string& text, const std::string& place) {
   return trimmed(text.substr(0, text.find('#')));
 }
 
-/// Values of a configuration file by option name: the subset of TOML and INI that has no sections.
+/// Values of a configuration file by option name: the subset of TOML and INI that has no sections. CLI11 reads such
+/// files too, but forgets the lines, which messages name, and applies their values in the order of the file and before
+/// those of the command line; here an option that presets others, such as --quality of `scan`, comes first wherever it
+/// stands.
 std::map<std::string, ConfigValue> read_config(const std::string& path) {
   std::ifstream file(path);
   std::map<std::string, ConfigValue> values;
@@ -104,45 +86,23 @@ std::map<std::string, ConfigValue> read_config(const std::string& path) {
   return values;
 }
 
-bool parse_switch(const std::string& text) {
-  if (text == "true" || text == "on" || text == "yes" || text == "1") return true;
-  if (text == "false" || text == "off" || text == "no" || text == "0") return false;
-  expected("true or false", text);
+/// How lengths were spelled that were a share of the diagonal before they said so in their text.
+constexpr std::array<std::pair<const char*, const char*>, 8> former_spellings{
+    {{"--sigma0-rel", "--sigma0"},
+     {"--tolerance-rel", "--tolerance"},
+     {"--h-rel", "--support-radius"},
+     {"--noise-rel", "--noise"},
+     {"--bias-rel", "--bias"},
+     {"--registration-rel", "--registration"},
+     {"--spike-rel", "--spike-length"},
+     {"--truth-tolerance-rel", "--truth-tolerance"}}};
+
+std::string length_of_share(const std::string& text) {
+  const double share = parse_double(text);
+  return share == 0 ? "auto" : Length::of_diagonal(share).text();
 }
 
 }  // namespace
-
-double parse_double(const std::string& text) {
-  double value = 0;
-  if (!read_whole(text, value) || !std::isfinite(value)) expected("a number", text);
-  return value;
-}
-
-std::int64_t parse_integer(const std::string& text) {
-  std::int64_t value = 0;
-  if (!read_whole(text, value)) expected("an integer", text);
-  return value;
-}
-
-std::uint64_t parse_natural(const std::string& text) {
-  std::uint64_t value = 0;
-  if (!read_whole(text, value)) expected("an integer >= 0", text);
-  return value;
-}
-
-Vec3 parse_point(const std::string& text) {
-  Vec3 point;
-  std::istringstream fields(text);
-  std::string field;
-  int count = 0;
-  while (std::getline(fields, field, ',')) {
-    if (count == 3 || !read_whole(field, point[count]) || !std::isfinite(point[count]))
-      expected("three numbers X,Y,Z", text);
-    ++count;
-  }
-  if (count != 3 || text.back() == ',') expected("three numbers X,Y,Z", text);
-  return point;
-}
 
 struct Arguments::Impl {
   struct Positional {
@@ -150,10 +110,11 @@ struct Arguments::Impl {
     bool many;
   };
   struct Option {
-    std::string group, name, value_name, description;
+    std::string group, name, value_name, meaning, range, default_text;
     CLI::Option* parsed;
     std::function<void(const std::string&)> read;
     std::function<OptionValue()> value;
+    std::string key;   ///< in values()
     std::string text;  ///< as given, or what --help calls the default
     bool in_values;
     bool configurable = true;
@@ -165,6 +126,10 @@ struct Arguments::Impl {
     }
 
     bool takes_value() const { return !value_name.empty(); }
+    std::string description() const {
+      return meaning + (range.empty() ? "" : "; range: " + range) +
+             (default_text.empty() ? "" : "; default: " + default_text);
+    }
   };
 
   std::string command, summary;
@@ -174,8 +139,10 @@ struct Arguments::Impl {
   std::vector<Option> options;
   std::string current_group = "Options";
   bool group_in_values = true;
-  std::string config;
 
+  bool knows(const std::string& name) const {
+    return std::any_of(options.begin(), options.end(), [&](const Option& o) { return o.name == name; });
+  }
   void apply_values();
   void apply_sequences();
 };
@@ -208,52 +175,38 @@ void Arguments::group(const std::string& title, bool in_values) {
 void Arguments::option(const std::string& name, const std::string& value_name, const std::string& meaning,
                        const std::string& range, const std::string& default_text,
                        std::function<void(const std::string&)> read, std::function<OptionValue()> value) {
-  std::string description = meaning;
-  if (!range.empty()) description += "; range: " + range;
-  if (!default_text.empty()) description += "; default: " + default_text;
   impl_->options.push_back({.group = impl_->current_group,
                             .name = name,
                             .value_name = value_name,
-                            .description = description,
+                            .meaning = meaning,
+                            .range = range,
+                            .default_text = default_text,
                             .parsed = impl_->app.add_option(name)->expected(1)->type_size(1),
                             .read = std::move(read),
                             .value = std::move(value),
+                            .key = name.substr(2),
                             .text = default_text,
                             .in_values = impl_->group_in_values});
 }
 
-void Arguments::option(const std::string& name, const std::string& value_name, double& value,
-                       const std::string& meaning, const std::string& range) {
-  option(
-      name, value_name, meaning, range, shortest(value),
-      [&value](const std::string& text) { value = parse_double(text); }, [&value] { return OptionValue(value); });
-}
-
-void Arguments::option(const std::string& name, const std::string& value_name, int& value, const std::string& meaning,
-                       const std::string& range) {
-  const auto read = [&value](const std::string& text) {
-    const std::int64_t parsed = parse_integer(text);
-    value = static_cast<int>(parsed);
-    if (value != parsed) expected("a smaller integer", text);
-  };
-  option(name, value_name, meaning, range, shortest(value), read,
-         [&value] { return OptionValue(std::int64_t{value}); });
-}
-
-void Arguments::option(const std::string& name, const std::string& value_name, std::size_t& value,
-                       const std::string& meaning, const std::string& range) {
-  option(
-      name, value_name, meaning, range, shortest(value),
-      [&value](const std::string& text) { value = parse_natural(text); },
-      [&value] { return OptionValue(static_cast<std::int64_t>(value)); });
-}
-
-void Arguments::option(const std::string& name, const std::string& value_name, std::string& value,
-                       const std::string& meaning, const std::string& range, const std::string& default_text) {
-  option(name, value_name, meaning, range, default_text, [&value](const std::string& text) {
-    if (text.empty()) expected("a text that is not empty", text);
-    value = text;
-  });
+void Arguments::field(const Field& row, void* options) {
+  if (row.in_library) return;
+  const OptionState now = row.state(options);
+  const auto value = [row, options] { return row.state(options).value; };
+  if (row.is_switch) {
+    const bool takes_away = now.text == "true";
+    flag("--" + std::string(takes_away ? "no-" : "") + std::string(row.name),
+         (takes_away ? "do not " : "") + std::string(row.meaning),
+         [row, options, takes_away] { row.set(options, takes_away ? "false" : "true"); });
+    impl_->options.back().value = value;
+    impl_->options.back().in_values = impl_->group_in_values;
+  } else {
+    option(
+        "--" + std::string(row.name), row.placeholder, std::string(row.meaning),
+        std::string(row.range) + (row.unit.empty() ? "" : " " + std::string(row.unit)), now.text,
+        [row, options](const std::string& text) { row.set(options, text); }, value);
+  }
+  impl_->options.back().key = row.name;
 }
 
 void Arguments::sequence(const std::string& name, const std::string& value_name, const std::string& meaning,
@@ -271,43 +224,23 @@ void Arguments::flag(const std::string& name, const std::string& meaning, std::f
   impl_->options.push_back({.group = impl_->current_group,
                             .name = name,
                             .value_name = "",
-                            .description = meaning,
+                            .meaning = meaning,
+                            .range = "",
+                            .default_text = "",
                             .parsed = impl_->app.add_flag(name),
                             .read =
                                 [act = std::move(when_given)](const std::string& text) {
-                                  if (parse_switch(text)) act();
+                                  if (OptionType<bool>::read(text)) act();
                                 },
                             .value = nullptr,
+                            .key = name.substr(2),
                             .text = "",
                             .in_values = false});
 }
 
-void Arguments::flag(const std::string& name, bool& value, const std::string& meaning) {
-  flag(name, meaning, [&value] { value = true; });
-  impl_->options.back().value = [&value] { return OptionValue(value); };
-  impl_->options.back().in_values = impl_->group_in_values;
-}
-
-void Arguments::throw_unexpected(const std::string& text, const std::string& what) {
-  expected(what, text);
-}
-
 void Arguments::declare_globals(GlobalOptions& options) {
   group("Options of every command", false);
-  option("--threads", "N", options.threads,
-         "number of threads, 0 = OMP_NUM_THREADS or all of the machine; results do not depend on it", "[0, 1024]");
-  option("--seed", "N", options.seed, "seed of everything random", "[0, 2^64)");
-  option(
-      "--config", "FILE", impl_->config,
-      "file with lines 'option = value' (TOML or INI, names without the dashes, an option that takes no value is set "
-      "to true); the command line has precedence",
-      "", "none");
-  impl_->options.back().configurable = false;
-  flag("--quiet", options.quiet, "tell nothing but warnings and errors");
-  flag("--verbose", options.verbose, "tell details");
-  option("--log-file", "FILE", options.log_file, "write all messages, details included, to FILE as well", "", "none");
-  choice<std::string>("--progress", options.progress, {{"auto", "auto"}, {"always", "always"}, {"never", "never"}},
-                      "progress bar on standard error; auto shows it on a terminal only");
+  fields(options);
 }
 
 /// The command line has precedence over the configuration file.
@@ -352,19 +285,34 @@ void Arguments::Impl::apply_sequences() {
   }
 }
 
+void Arguments::refuse_former_spellings() {
+  group("", false);  // not in the help
+  for (const auto& [former, now] : former_spellings) {
+    if (!impl_->knows(now)) continue;
+    option(former, "X", "", "", "", [now = now](const std::string& text) {
+      throw OptionError("is now spelled " + std::string(now) + " " + length_of_share(text));
+    });
+  }
+}
+
 GlobalOptions Arguments::parse() {
   GlobalOptions globals;
   declare_globals(globals);
-  bool help_wanted = false, version_wanted = false;
-  flag("--version", version_wanted, "print the version and exit");
+  for (Impl::Option& option : impl_->options) option.configurable = option.configurable && option.name != "--config";
+  flag("--version", "print the version and exit", [] {});
   impl_->options.back().configurable = false;
-  flag("--help", help_wanted, "print this text and exit");
+  flag("--help", "print this text and exit", [] {});
   impl_->options.back().configurable = false;
-  // Asked for help, the program helps, whatever else is wrong or missing.
+  refuse_former_spellings();
+  // Asked for help, the program helps, whatever else is wrong or missing. (CLI11 looks at the values first.)
   for (const std::string& word : impl_->words) {
     if (word == "--") break;
     if (word == "--help" || word == "-h") {
       std::cout << help();
+      throw Answered{};
+    }
+    if (word == "--help-markdown") {  // for scripts/option_tables.py
+      std::cout << markdown();
       throw Answered{};
     }
     if (word == "--version") {
@@ -381,18 +329,18 @@ GlobalOptions Arguments::parse() {
     throw OptionError(error.what());
   }
   impl_->apply_values();
-  if (globals.threads < 0 || globals.threads > 1024)
-    throw OptionError("--threads: expected an integer in [0, 1024], got " + in_quotes(std::to_string(globals.threads)));
+  check_fields(globals);
   return globals;
 }
 
 std::map<std::string, OptionValue> Arguments::values() const {
   std::map<std::string, OptionValue> values;
   for (const auto& option : impl_->options)
-    if (option.in_values) values[option.name.substr(2)] = option.value ? option.value() : OptionValue(option.text);
+    if (option.in_values) values[option.key] = option.value ? option.value() : OptionValue(option.text);
   return values;
 }
 
+/// CLI11's own help has neither ranges nor lines of a bounded width.
 std::string Arguments::help() const {
   constexpr std::size_t width = 100, indent = 30;
   std::string text = "Usage: gpsrecon " + impl_->command + (impl_->command.empty() ? "" : " ");
@@ -410,25 +358,43 @@ std::string Arguments::help() const {
   for (const auto& p : impl_->positionals) text += entry(p.name, p.meaning);
   std::string group;
   for (const auto& o : impl_->options) {
+    if (o.group.empty()) continue;
     if (o.group != group) text += "\n" + (group = o.group) + ":\n";
-    text += entry(o.name + (o.takes_value() ? " " + o.value_name : ""), o.description);
+    text += entry(o.name + (o.takes_value() ? " " + o.value_name : ""), o.description());
   }
   return text;
 }
 
-std::size_t Arguments::count_global_words(std::span<const std::string> words) {
-  Arguments arguments("", "", {});
-  GlobalOptions globals;
-  arguments.declare_globals(globals);
-  std::size_t count = 0;
-  while (count < words.size()) {
-    const std::string name = words[count].substr(0, words[count].find('='));
-    const auto& options = arguments.impl_->options;
-    const auto option = std::find_if(options.begin(), options.end(), [&](const auto& o) { return o.name == name; });
-    if (option == options.end()) break;
-    count += option->takes_value() && name == words[count] ? 2 : 1;
+std::string Arguments::markdown() const {
+  const auto cell = [](const std::string& text) {
+    std::string escaped;
+    for (const char c : text) escaped += c == '|' ? std::string("\\|") : std::string(1, c);
+    return " " + escaped + (text.empty() ? "|" : " |");
+  };
+  std::string text, group;
+  for (const auto& o : impl_->options) {
+    if (o.group.empty()) continue;
+    if (o.group != group)
+      text += "## " + (group = o.group) + "\n| option | range | default | meaning |\n|---|---|---|---|\n";
+    text += "|" + cell("`" + o.name + (o.takes_value() ? " " + o.value_name : "") + "`") + cell(o.range) +
+            cell(o.takes_value() ? o.default_text : "off") + cell(o.meaning) + "\n";
   }
-  return std::min(count, words.size());
+  return text;
+}
+
+std::size_t Arguments::position_of_command(const std::vector<std::string>& words) {
+  CLI::App app;
+  app.prefix_command()->set_help_flag();
+  for (const Field& row : GlobalOptions::fields()) {
+    const std::string name = "--" + std::string(row.name);
+    row.is_switch ? app.add_flag(name) : app.add_option(name);
+  }
+  try {
+    app.parse(std::vector<std::string>(words.rbegin(), words.rend()));
+  } catch (const CLI::Error&) {
+    return words.size();  // a global option without its value: told when all is parsed
+  }
+  return words.size() - app.remaining_size();
 }
 
 }  // namespace gpsrecon::cli

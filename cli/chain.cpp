@@ -16,8 +16,20 @@ namespace gpsrecon::cli {
 namespace {
 
 struct ChainFiles {
-  std::string in, out, covmesh, report, dump;
+  std::string in, out;  // positional
+  std::string covmesh, report, dump;
   bool no_covmesh = false, no_report = false;
+
+  static OptionTable fields() {
+    using O = ChainFiles;
+    return {field<&O::covmesh>("covmesh", "", "covariance mesh (ply)").or_else("OUT's stem + .covmesh.ply"),
+            field<&O::report>("report", "", "report (JSON)").or_else("OUT's stem + .report.json"),
+            field<&O::no_covmesh>("no-covmesh", "", "write no covariance mesh"),
+            field<&O::no_report>("no-report", "", "write no report"),
+            field<&O::dump>("dump", "",
+                            "keep every level of the mixture (level-NN.mixture.ply) and snapshots of the triangulation "
+                            "(front-NNNNNNNN.mesh.ply) in the folder FILE, which is made if its parent exists")};
+  }
 };
 
 /// Companions of OUT that were not named lie beside it; beside standard output there is no place.
@@ -100,32 +112,29 @@ ExitCode run_chain(Arguments& arguments) {
                        "points (ply, xyz, pcd), also a mesh, whose vertices are taken; a mixture or a covariance mesh "
                        "enters the chain at its stage (- is standard input)");
   arguments.positional("OUT", files.out, "mesh (ply, obj, off, stl, glb; - is standard output)");
-  bind_scale(arguments, options.scale);
-  bind_attributes(arguments, attributes);
+  bind_points(arguments, options.scale, &attributes);
   bind_chain_projection(arguments, options);
-  bind_hem(arguments, options);
-  bind_scale_choice(arguments, options);
-  bind_triangulate(arguments, options);
-  bind_fit(arguments, options.fit);
+  bind_mixture(arguments, options);
+  arguments.only_fields(options, {"budget", "max-error", "check-scale"});
+  arguments.group("Triangulation");
+  arguments.fields(options.triangulate);
+  arguments.group("Fit");
+  arguments.fields(options.fit);
   arguments.flag("--no-fit", "the same as --fit-steps 0", [&options] { options.fit.steps = 0; });
-  bind_subdivide(arguments, options);
+  arguments.group("Subdivision");
+  arguments.fields(options.subdivide);
   GivenRules rules;
   rules.bind(arguments, options.triangulate.rules);
   arguments.group("Output", false);
-  arguments.option("--covmesh", "FILE", files.covmesh, "covariance mesh (ply)", "", "OUT's stem + .covmesh.ply");
-  arguments.option("--report", "FILE", files.report, "report (JSON)", "", "OUT's stem + .report.json");
-  arguments.flag("--no-covmesh", files.no_covmesh, "write no covariance mesh");
-  arguments.flag("--no-report", files.no_report, "write no report");
-  arguments.flag("--self-intersections", options.self_intersections,
-                 "count the faces of covariance mesh and mesh that intersect others");
-  arguments.option("--dump", "FOLDER", files.dump,
-                   "keep every level of the mixture and snapshots of the triangulation in FOLDER", "", "none");
+  arguments.fields(files);
+  arguments.only_fields(options, {"self-intersections"});
   ErrorViews views;
-  views.bind(arguments);
+  arguments.fields(views);
   bind_encoding(arguments, encoding);
   const GlobalOptions globals = arguments.parse();
   options.triangulate.rules = rules.over(options.triangulate.rules);
   options.check();
+  check_fields(views);
   complete(files);
   Outputs outputs(globals, {files.in});
   outputs.plan(files.out, true);

@@ -101,47 +101,50 @@ double largest_distance(const ErrorReport& report) {
   return largest;
 }
 
+/// What the command does beside the comparison.
+struct CompareActions {
+  bool align = false;
+  std::optional<Length> max_error = {};
+  std::string report;
+
+  static OptionTable fields() {
+    using O = CompareActions;
+    return {
+        field<&O::align>("align", "",
+                         "first bring SHAPE onto REFERENCE by a rigid motion, from where it lies: it has to lie about "
+                         "right"),
+        field<&O::max_error>("max-error", ">= 0",
+                             "exit with code 7 if the largest distance, either way, is above LENGTH; against points "
+                             "only the way from them counts"),
+        field<&O::report>("report", "", "report (JSON; - is standard output)")};
+  }
+};
+
 }  // namespace
 
 ExitCode run_compare(Arguments& arguments) {
-  std::string judged_file, reference_file, report_file;
-  double max_error = INFINITY;
+  std::string judged_file, reference_file;
+  CompareActions actions;
   CompareOptions options;
   ErrorViews views;
-  bool align_first = false;
   arguments.positional(
       "SHAPE", judged_file,
       "what is judged: a mesh (ply, obj, off, stl), a covariance mesh, or points (- is standard input)");
   arguments.positional("REFERENCE", reference_file, "the same; both ways are measured");
   arguments.group("Comparison");
-  arguments.option("--samples", "N", options.samples, "points drawn on each mesh, uniform by area", "[1, 1e9]");
-  arguments.option(
-      "--fscore", "X", options.fscore_rel,
-      "share of the diagonal of REFERENCE within which a sample counts as found, for precision, recall and "
-      "F-score",
-      "> 0");
-  arguments.option("--far", "X", options.far_rel,
-                   "share of the diagonal of REFERENCE beyond which surface counts as spurious or missing", "> 0");
-  arguments.flag("--align", align_first,
-                 "first bring SHAPE onto REFERENCE by a rigid motion, from where it lies: it has to lie about right");
-  arguments.flag("--self-intersections", options.self_intersections,
-                 "count the faces of SHAPE, if it is a mesh, that intersect others");
-  arguments.option("--max-error", "X",
-                   "exit with code 7 if the largest distance, either way, is above X, in the unit of the coordinates; "
-                   "against points only the way from them counts",
-                   ">= 0", "no limit", [&max_error](const std::string& text) {
-                     max_error = parse_double(text);
-                     if (max_error < 0) throw OptionError("expected a number >= 0, got '" + text + "'");
-                   });
+  arguments.fields(options);
+  arguments.only_fields(actions, {"align", "max-error"});
   arguments.group("Output", false);
-  arguments.option("--report", "FILE", report_file, "report (JSON; - is standard output)", "", "none");
-  views.bind(arguments);
+  arguments.only_fields(actions, {"report"});
+  arguments.fields(views);
   const GlobalOptions globals = arguments.parse();
   options.check();
+  check_fields(actions);
+  check_fields(views);
   if (judged_file == "-" && reference_file == "-")
     throw OptionError("SHAPE and REFERENCE cannot both be standard input");
   Outputs outputs(globals, {judged_file, reference_file});
-  outputs.plan(report_file);
+  outputs.plan(actions.report);
   views.plan(outputs);
   const Console console(globals);
 
@@ -153,7 +156,7 @@ ExitCode run_compare(Arguments& arguments) {
   if (options.self_intersections && !judged.is_mesh())
     throw OptionError("--self-intersections needs a mesh; " + judged_file + " holds points");
   std::optional<Alignment> motion;
-  if (align_first) motion = align_shape(judged, reference, console);
+  if (actions.align) motion = align_shape(judged, reference, console);
   ErrorReport report = report_of(compare_shapes(judged, reference, options, context));
   if (report.mesh) report.mesh->file = file_report(judged_file);
   if (report.reference) report.reference->file = file_report(reference_file);
@@ -163,7 +166,7 @@ ExitCode run_compare(Arguments& arguments) {
   report.seed = globals.seed;
   report.options = arguments.values();
 
-  outputs.stage(report_file, [&](const std::string& path) { write_text(to_json(report), path); });
+  outputs.stage(actions.report, [&](const std::string& path) { write_text(to_json(report), path); });
   const Frame& frame = reference.is_mesh() ? reference.mesh.frame : reference.cloud.frame;
   const Mesh shown = views.wanted() ? in_frame(judged.mesh, frame) : judged.mesh;
   views.stage(
@@ -175,8 +178,10 @@ ExitCode run_compare(Arguments& arguments) {
       judged_file + " against " + reference_file, console);
   outputs.commit(context);
   if (!globals.quiet) std::fputs(summary(report).c_str(), stderr);
-  if (const double largest = largest_distance(report); largest > max_error) {
-    console.warn("the largest distance, " + std::to_string(largest) + ", is above " + std::to_string(max_error));
+  if (!actions.max_error) return ExitCode::done;
+  const double limit = actions.max_error->resolve({.diagonal = report.diagonal}, "max-error");
+  if (const double largest = largest_distance(report); largest > limit) {
+    console.warn("the largest distance, " + std::to_string(largest) + ", is above " + actions.max_error->text());
     return ExitCode::max_error_exceeded;
   }
   return ExitCode::done;

@@ -98,8 +98,8 @@ struct Console::Impl {
 
 Console::Console(const GlobalOptions& options) : impl_(std::make_unique<Impl>()) {
   impl_->options = options;
-  const bool shows_bar =
-      options.progress == "always" || (options.progress == "auto" && !options.quiet && isatty(STDERR_FILENO) == 1);
+  const bool shows_bar = options.progress == Progress::always ||
+                         (options.progress == Progress::automatic && !options.quiet && isatty(STDERR_FILENO) == 1);
   impl_->terminal = std::make_shared<Terminal>(shows_bar);
   impl_->terminal->set_level(options.quiet     ? spdlog::level::warn
                              : options.verbose ? spdlog::level::debug

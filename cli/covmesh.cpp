@@ -194,7 +194,7 @@ Mesh control_mesh(const CovMesh& covmesh) {
 ExitCode run_covmesh(Arguments& arguments) {
   std::string in, out;
   Script script;
-  bool repair = false;
+  RepairOptions repair;
   PlyEncoding encoding = PlyEncoding::binary;
   arguments.positional("COVMESH", in, "covariance mesh (ply; - is standard input)");
   arguments.positional(
@@ -202,7 +202,8 @@ ExitCode run_covmesh(Arguments& arguments) {
   script.bind(arguments);
   GivenRules rules;
   rules.bind(arguments);
-  bind_repair(arguments, repair);
+  arguments.group("Input");
+  arguments.fields(repair);
   bind_encoding(arguments, encoding);
   const GlobalOptions globals = arguments.parse();
   const std::vector<EditStep>& steps = script.steps();
@@ -212,7 +213,7 @@ ExitCode run_covmesh(Arguments& arguments) {
   const Console console(globals);
 
   const RunContext context = console.context();
-  const Edit edited = edit(rules.over(load_covmesh(in, repair, console), in), steps, context);
+  const Edit edited = edit(rules.over(load_covmesh(in, repair.repair, console), in), steps, context);
   script.tell(edited.steps, console);
 
   if (mesh_only) {

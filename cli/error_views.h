@@ -1,6 +1,7 @@
 #pragma once
 
 #include <gpsrecon/report/heatmap.h>
+#include <gpsrecon/report/report.h>
 #include <functional>
 #include <string>
 
@@ -11,20 +12,26 @@
 namespace gpsrecon::cli {
 
 /// The files in which errors can be looked at: a coloured mesh and a page.
-class ErrorViews {
- public:
-  /// Declares --heatmap, --heatmap-max and --html.
-  void bind(Arguments& arguments);
-  bool wanted() const { return !heatmap_.empty() || !html_.empty(); }
+struct ErrorViews {
+  std::string heatmap, html;
+  Length heatmap_max = {};
+
+  static OptionTable fields() {
+    using O = ErrorViews;
+    return {field<&O::heatmap>(
+                "heatmap", "",
+                "the mesh coloured by error, with the error as a column (ply; off and obj hold the colours)"),
+            field<&O::heatmap_max>("heatmap-max", "> 0", "error that has the last colour; auto = the 99th percentile"),
+            field<&O::html>("html", "",
+                            "the report as a page that opens from disk, with diagrams and the mesh in 3-D coloured by "
+                            "error")};
+  }
+  bool wanted() const { return !heatmap.empty() || !html.empty(); }
   void plan(Outputs& outputs) const;
-  /// Stages the files. `map_of` is given the range that was asked for, 0 for the automatic one.
+  /// Stages the files. `map_of` is given the range that was asked for in scene units, 0 for the automatic one.
   void stage(Outputs& outputs, const ErrorReport& report, const Mesh& mesh,
              const std::function<ErrorMap(double range)>& map_of, const std::string& title,
              const Console& console) const;
-
- private:
-  std::string heatmap_, html_;
-  double range_ = 0;
 };
 
 }  // namespace gpsrecon::cli

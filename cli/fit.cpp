@@ -14,9 +14,10 @@ ExitCode run_fit(Arguments& arguments) {
   arguments.positional("COVMESH", in, "covariance mesh (ply; - is standard input)");
   arguments.positional("POINTS", points_file, "the points it was made from (ply, xyz, pcd)");
   arguments.positional("OUT", out, "covariance mesh (ply; - is standard output)");
-  bind_scale(arguments, options.scale);
-  bind_fit(arguments, options.fit);
-  bind_sensor(arguments, options);
+  bind_points(arguments, options.scale, nullptr);
+  arguments.group("Fit");
+  arguments.fields(options.fit);
+  arguments.only_fields(options.triangulate, {"sensor"});
   GivenRules rules;
   rules.bind(arguments);
   bind_encoding(arguments, encoding);

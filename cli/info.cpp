@@ -162,19 +162,27 @@ void print_for_people(const Json& info, int indent) {
   }
 }
 
+struct InfoOptions {
+  bool json = false;
+
+  static OptionTable fields() {
+    return {field<&InfoOptions::json>("json", "", "print a JSON list with one object per file")};
+  }
+};
+
 }  // namespace
 
 ExitCode run_info(Arguments& arguments) {
   std::vector<std::string> files;
-  bool as_json = false;
+  InfoOptions options;
   arguments.positionals("FILE", files, "points, mixture, covariance mesh or mesh (- is standard input)");
   arguments.group("Output", false);
-  arguments.flag("--json", as_json, "print a JSON list with one object per file");
+  arguments.fields(options);
   const Console console(arguments.parse());
 
   Json all = Json::array();
   for (const std::string& file : files) all.push_back(info_of(file));
-  if (as_json) {
+  if (options.json) {
     std::cout << all.dump(2) << "\n";
   } else {
     for (const Json& info : all) {

@@ -22,8 +22,16 @@ FileKind kind_of(const std::string& path);
 
 /// What the files do not say about the columns of points.
 struct AttributeOptions {
-  std::vector<std::string> labels;  ///< columns that are labels, besides those whose names tell
-  std::optional<double> no_data;    ///< the number that stands for a missing one
+  std::vector<std::string> labels = {};
+  std::optional<double> no_data = {};
+
+  static OptionTable fields() {
+    return {field<&AttributeOptions::labels>("labels", "",
+                                             "columns of whole numbers that are labels: decided by majority, never "
+                                             "averaged; those named class, label, segment and the like are anyway"),
+            field<&AttributeOptions::no_data>(
+                "no-data", "", "number that stands for a missing one in columns of scalars, besides NaN")};
+  }
 };
 
 /// Points, or with a warning the vertices of a mesh and the means of a mixture.

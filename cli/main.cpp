@@ -85,8 +85,7 @@ ExitCode guarded(const std::string& command, const Run& run) {
 
 /// The command is the first word after global options; anything else there is the input of the chain.
 ExitCode run(std::vector<std::string> words) {
-  const auto position = static_cast<std::ptrdiff_t>(Arguments::count_global_words(words));
-  const auto word = words.begin() + position;
+  const auto word = words.begin() + static_cast<std::ptrdiff_t>(Arguments::position_of_command(words));
   const auto command = std::find_if(commands.begin(), commands.end(),
                                     [&](const Command& c) { return word != words.end() && c.name == *word; });
   if (command == commands.end()) {

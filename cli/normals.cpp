@@ -10,40 +10,26 @@ namespace gpsrecon::cli {
 namespace {
 
 struct NormalFiles {
-  std::string in, out, surface, mixture;
+  std::string in, out;  // positional
+  std::string surface, mixture;
+
+  static OptionTable fields() {
+    using O = NormalFiles;
+    return {field<&O::mixture>("mixture", "",
+                               "with --method csw: a mixture with normals, instead of one made of the points"),
+            field<&O::surface>("surface", "", "mesh that decides the side (ply, obj, off, stl)")};
+  }
 };
 
 void bind_normals(Arguments& arguments, PointNormalsOptions& options, NormalFiles& files) {
   arguments.group("Normals");
-  arguments.choice<NormalMethod>(
-      "--method", options.method,
-      {{"pca", NormalMethod::pca}, {"weiszfeld", NormalMethod::weiszfeld}, {"csw", NormalMethod::csw}},
-      "planes through the nearest points, the spherical medians of their normals around each point, or those of a "
-      "mixture of the points");
-  arguments.option("--neighbors", "K", options.normals.neighbors,
-                   "points a plane is put through, 0 = automatic: 12, more where noise asks for it", "[3, 1000] or 0");
-  arguments.option("--h-rel", "X", options.h_rel,
-                   "radius within which medians are taken, as a share of the diagonal, 0 = automatic", "(0, 1] or 0");
-  arguments.option("--iterations", "N", options.normals.iterations, "steps towards the median, at most", "[0, 1000]");
-  arguments.option("--convergence", "X", options.normals.convergence, "stop when a normal turns by less than X radians",
-                   ">= 0");
-  arguments.option("--mixture", "FILE", files.mixture,
-                   "with --method csw: a mixture with normals, instead of one made of the points", "", "none");
+  arguments.only_fields(options, {"method", "support-radius"});
+  arguments.fields(options.normals);
+  arguments.only_fields(files, {"mixture"});
   arguments.group("Orientation");
-  arguments.choice<NormalOrientation>("--orient", options.orientation,
-                                      {{"auto", NormalOrientation::automatic},
-                                       {"none", NormalOrientation::none},
-                                       {"surface", NormalOrientation::surface},
-                                       {"sensor", NormalOrientation::sensor},
-                                       {"mst", NormalOrientation::neighbors}},
-                                      "side of the normals: arbitrary, of the nearest face of --surface, of the sensor "
-                                      "(--sensor or columns sx sy sz), or from neighbour to neighbour along a minimum "
-                                      "spanning tree, then outward; auto takes the first of the last three at hand");
-  arguments.option("--surface", "MESH", files.surface, "mesh that decides the side (ply, obj, off, stl)", "", "none");
-  arguments.option("--sensor", "X,Y,Z", "where the sensor stood, in the coordinates of the input", "", "unknown",
-                   [&options](const std::string& text) { options.sensor = parse_point(text); });
-  arguments.option("--orient-neighbors", "K", options.propagation.neighbors,
-                   "nearest points that a point is linked with in the tree", "[1, 1000]");
+  arguments.only_fields(options, {"orient", "sensor"});
+  arguments.only_fields(files, {"surface"});
+  arguments.fields(options.propagation);
 }
 
 void refuse_contradictions(const NormalFiles& files, const PointNormalsOptions& options) {
@@ -72,9 +58,9 @@ ExitCode run_normals(Arguments& arguments) {
   PlyEncoding encoding = PlyEncoding::binary;
   arguments.positional("IN", files.in, "points (ply, xyz, pcd; - is standard input)");
   arguments.positional("OUT", files.out, "points with normals (ply; - is standard output)");
-  bind_scale(arguments, options.scale);
+  bind_points(arguments, options.scale, nullptr);
   bind_normals(arguments, options, files);
-  bind_hem(arguments, options.mixture);
+  bind_mixture(arguments, options.mixture);
   bind_encoding(arguments, encoding);
   const GlobalOptions globals = arguments.parse();
   options.check();

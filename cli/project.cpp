@@ -12,6 +12,12 @@
 namespace gpsrecon::cli {
 namespace {
 
+struct ProjectOutput {
+  bool no_normals = false;
+
+  static OptionTable fields() { return {field<&ProjectOutput::no_normals>("no-normals", "", "write no normals")}; }
+};
+
 /// Particles so few that they have no normals are written without.
 PointCloud with_normals(PointCloud particles, const RunContext& context) {
   try {
@@ -29,15 +35,19 @@ ExitCode run_project(Arguments& arguments) {
   AttributeOptions attributes;
   ScaleOptions scale;
   ProjectionOptions options;
-  bool no_normals = false;
+  ProjectOutput output;
   PlyEncoding encoding = PlyEncoding::binary;
   arguments.positional("IN", in, "points (ply, xyz, pcd; - is standard input)");
   arguments.positional("OUT", out, "projected particles with normals (ply; - is standard output)");
-  bind_scale(arguments, scale);
-  bind_attributes(arguments, attributes);
-  bind_projection(arguments, options);
+  bind_points(arguments, scale, &attributes);
+  arguments.group("Projection");
+  arguments.fields(options);
+  arguments.fields(options.particles);
+  arguments.fields(options.project);
+  arguments.group("Mixture of --method clop");
+  arguments.only_fields(options.hem, {"sigma0", "alpha", "hem-levels", "balance"});
   bind_encoding(arguments, encoding);
-  arguments.flag("--no-normals", no_normals, "write no normals");
+  arguments.fields(output);
   const GlobalOptions globals = arguments.parse();
   scale.check();
   options.check();
@@ -51,7 +61,7 @@ ExitCode run_project(Arguments& arguments) {
     const PreparedCloud cloud = prepare(points, scale, context);
     return in_frame(project_points(cloud.clean.cloud, cloud.scale, cloud.diagonal, options, context), Frame{});
   });
-  if (!no_normals) particles = with_normals(std::move(particles), context);
+  if (!output.no_normals) particles = with_normals(std::move(particles), context);
 
   outputs.stage(out, [&](const std::string& path) { write_points(particles, path, encoding); });
   outputs.commit(context);

@@ -16,13 +16,6 @@ void tell(const TopologyRepair& repair, const std::string& path, const Console& 
 
 }  // namespace
 
-void bind_repair(Arguments& arguments, bool& repair) {
-  arguments.flag(
-      "--repair", repair,
-      "make the faces manifold first: part what meets in an edge of more than two faces or only in a vertex, "
-      "turn faces that disagree with their neighbours");
-}
-
 Mesh repaired(const Mesh& mesh, const std::string& path, const Console& console) {
   TopologyRepair repair = repair_topology(mesh.faces, mesh.positions.size());
   if (!repair.changed()) return mesh;

@@ -19,12 +19,27 @@ namespace {
 constexpr std::string_view shape_prefix = "shape:";
 
 enum class Normals { none, surface, sensor };
+constexpr std::array<std::string_view, 3> option_names(Normals /*type*/) {
+  return {"none", "surface", "sensor"};
+}
 
 struct ScanFiles {
-  std::string surface, out, truth;
-  double truth_tolerance_rel = 2e-5;
+  std::string surface, out;  // positional
+  std::string truth;
+  Length truth_tolerance = Length::of_diagonal(2e-5);
   Normals normals = Normals::none;
   bool sensors = false;
+
+  static OptionTable fields() {
+    using O = ScanFiles;
+    return {
+        field<&O::normals>("normals", "", "write as normals those of the surface, or the directions to the camera"),
+        field<&O::sensors>("sensors", "", "write where the camera of each point stood"),
+        field<&O::truth>("truth", "", "write the scanned surface (ply, obj, off, stl, glb), too"),
+        field<&O::truth_tolerance>("truth-tolerance", "> 0",
+                                   "largest distance between a shape and the triangles written for it, between 1e-5% "
+                                   "and 1% of the diagonal")};
+  }
 
   bool is_shape() const { return surface.starts_with(shape_prefix); }
 };
@@ -56,8 +71,8 @@ Surface load_surface(const ScanFiles& files) {
 }
 
 /// A file is its own truth; a shape is triangulated.
-Mesh truth_of(const Surface& surface, double tolerance_rel) {
-  return surface.shape ? surface.shape->mesh(tolerance_rel * surface.shape->diagonal()) : surface.mesh;
+Mesh truth_of(const Surface& surface, double tolerance) {
+  return surface.shape ? surface.shape->mesh(tolerance) : surface.mesh;
 }
 
 /// What goes into the file of the scan. Positions are rounded to `float`, as scanners give them, unless that moves one
@@ -81,58 +96,15 @@ PointCloud chosen_columns(VirtualScan scan, const ScanFiles& files, double diago
   return std::move(cloud);
 }
 
-/// Degrees outside, radians inside.
-void bind_angle(Arguments& arguments, const std::string& name, double& radians, const std::string& meaning,
-                const std::string& range) {
-  constexpr double degree = std::numbers::pi / 180;
-  arguments.option(
-      name, "DEGREES", meaning, range, std::to_string(std::lround(radians / degree)),
-      [&radians](const std::string& text) { radians = parse_double(text) * degree; },
-      [&radians] { return OptionValue(radians / degree); });
-}
-
 void bind_scan(Arguments& arguments, ScanOptions& options) {
   arguments.group("Scan");
   // Declared first, so that the other options change what it sets, wherever they stand.
   arguments.option(
-      "--quality", "s1|s2|s3",
+      "--quality", OptionType<ScanQuality>::placeholder(),
       "start from a grade: s1 is clean and dense, s2 has noise about as wide as its spacing, s3 wider, with "
       "outliers and gaps; the options below change what they name",
-      "", "none", [&options](const std::string& text) {
-        if (text == "s1")
-          options = scan_quality(ScanQuality::s1);
-        else if (text == "s2")
-          options = scan_quality(ScanQuality::s2);
-        else if (text == "s3")
-          options = scan_quality(ScanQuality::s3);
-        else
-          throw OptionError("expected one of s1|s2|s3, got '" + text + "'");
-      });
-  arguments.option("--points", "N", options.points, "number of points, outliers included", "[1, 2^32 - 2]");
-  arguments.option("--views", "N", options.views, "number of cameras, placed evenly around", "[1, 10000]");
-  arguments.option("--distance", "X", options.distance,
-                   "distance of the cameras from the centre, in radii of a ball around the surface", "(1, 1000]");
-  bind_angle(arguments, "--max-incidence", options.max_incidence,
-             "largest angle in degrees between ray and surface normal that still gives a point", "(0, 90]");
-  arguments.flag("--both-sides", options.both_sides, "measure the back of the surface, too");
-  arguments.option("--noise-rel", "X", options.noise_rel,
-                   "standard deviation of the measured distance, as a share of the diagonal of the surface", ">= 0");
-  arguments.option("--noise-growth", "X", options.noise_growth,
-                   "the noise grows towards grazing rays with the power X of 1 / cos(incidence)", "[0, 4]");
-  arguments.option(
-      "--bias-rel", "X", options.bias_rel,
-      "amplitude of an error of the measured distance that varies slowly over each view, as a share of the "
-      "diagonal",
-      ">= 0");
-  arguments.option("--registration-rel", "X", options.registration_shift_rel,
-                   "standard deviation of the shift of a view, per axis, as a share of the diagonal", ">= 0");
-  bind_angle(arguments, "--registration-angle", options.registration_angle,
-             "standard deviation of the rotation of a view in degrees, per axis", "[0, 180]");
-  arguments.option("--outliers", "X", options.outlier_share,
-                   "share of the points that lie at a random place of their ray", "[0, 1]");
-  arguments.option("--spikes", "X", options.spike_share, "share of the points that are moved along their ray",
-                   "[0, 1]");
-  arguments.option("--spike-rel", "X", options.spike_rel, "by at most this share of the diagonal", ">= 0");
+      "", "none", [&options](const std::string& text) { options = scan_quality(OptionType<ScanQuality>::read(text)); });
+  arguments.fields(options);
 }
 
 }  // namespace
@@ -147,19 +119,10 @@ ExitCode run_scan(Arguments& arguments) {
   arguments.positional("OUT", files.out, "points (ply; - is standard output)");
   bind_scan(arguments, options);
   bind_encoding(arguments, encoding);
-  arguments.choice<Normals>("--normals", files.normals,
-                            {{"none", Normals::none}, {"surface", Normals::surface}, {"sensor", Normals::sensor}},
-                            "write as normals those of the surface, or the directions to the camera");
-  arguments.flag("--sensors", files.sensors, "write where the camera of each point stood");
-  arguments.option("--truth", "FILE", files.truth, "write the scanned surface (ply, obj, off, stl, glb), too", "",
-                   "none");
-  arguments.option("--truth-tolerance-rel", "X", files.truth_tolerance_rel,
-                   "largest distance between a shape and the triangles written for it, as a share of the diagonal",
-                   "[1e-7, 0.01]");
+  arguments.fields(files);
   const GlobalOptions globals = arguments.parse();
   options.check();
-  if (!(files.truth_tolerance_rel >= 1e-7 && files.truth_tolerance_rel <= 0.01))
-    throw OptionError("--truth-tolerance-rel: expected a number in [1e-7, 0.01]");
+  check_fields(files);
   Outputs outputs(globals, files.is_shape() ? std::vector<std::string>() : std::vector<std::string>{files.surface});
   outputs.plan(files.out);
   outputs.plan(files.truth, true);
@@ -168,13 +131,16 @@ ExitCode run_scan(Arguments& arguments) {
   const Surface surface = load_surface(files);
   const RunContext context = console.context();
   const double diagonal = surface.target().diagonal();
+  const double tolerance = files.truth_tolerance.resolve({.diagonal = diagonal}, "truth-tolerance");
+  if (!(tolerance >= 1e-7 * diagonal && tolerance <= 0.01 * diagonal))
+    throw OptionError("truth-tolerance must be between 1e-5% and 1% of the diagonal, not " +
+                      files.truth_tolerance.text());
   VirtualScan scan = on_data_of(files.surface, [&] { return virtual_scan(surface.target(), options, context); });
   const PointCloud cloud = chosen_columns(std::move(scan), files, diagonal);
 
   outputs.stage(files.out, [&](const std::string& path) { write_points(cloud, path, encoding); });
-  outputs.stage(files.truth, [&](const std::string& path) {
-    write_mesh(truth_of(surface, files.truth_tolerance_rel), path, encoding);
-  });
+  outputs.stage(files.truth,
+                [&](const std::string& path) { write_mesh(truth_of(surface, tolerance), path, encoding); });
   outputs.commit(context);
   return ExitCode::done;
 }

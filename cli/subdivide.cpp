@@ -7,42 +7,54 @@
 #include "repair.h"
 
 namespace gpsrecon::cli {
+namespace {
+
+struct SubdivideFiles {
+  std::string points;
+
+  static OptionTable fields() {
+    return {field<&SubdivideFiles::points>("points", "",
+                                           "the points it was made from (ply, xyz, pcd), to take colours and scalars "
+                                           "from as the chain does, instead of the coarser ones of the Gaussians")};
+  }
+};
+
+}  // namespace
 
 ExitCode run_subdivide(Arguments& arguments) {
-  std::string in, out, points_file;
+  std::string in, out;
+  SubdivideFiles files;
   AttributeOptions attributes;
   ReconstructOptions options;
-  bool repair = false;
+  RepairOptions repair;
   PlyEncoding encoding = PlyEncoding::binary;
   arguments.positional("COVMESH", in, "covariance mesh (ply; - is standard input)");
   arguments.positional("OUT", out, "mesh (ply, obj, off, stl, glb; - is standard output)");
-  bind_subdivide(arguments, options);
+  arguments.group("Subdivision");
+  arguments.fields(options.subdivide);
   GivenRules rules;
   rules.bind(arguments);
-  bind_repair(arguments, repair);
-  bind_scale(arguments, options.scale);
-  arguments.option("--points", "FILE", points_file,
-                   "the points it was made from (ply, xyz, pcd), to take colours and scalars from instead of from the "
-                   "Gaussians",
-                   "", "none");
-  bind_attributes(arguments, attributes);
+  bind_points(arguments, options.scale, &attributes);
+  arguments.group("Input");
+  arguments.fields(files);
+  arguments.fields(repair);
   bind_encoding(arguments, encoding);
   const GlobalOptions globals = arguments.parse();
   options.check();
-  if (in == "-" && points_file == "-") throw OptionError("COVMESH and --points cannot both be standard input");
+  if (in == "-" && files.points == "-") throw OptionError("COVMESH and --points cannot both be standard input");
   std::vector<std::string> inputs{in};
-  if (!points_file.empty()) inputs.push_back(points_file);
+  if (!files.points.empty()) inputs.push_back(files.points);
   Outputs outputs(globals, inputs);
   outputs.plan(out, true);
   const Console console(globals);
 
-  const CovMesh covmesh = rules.over(load_covmesh(in, repair, console), in);
+  const CovMesh covmesh = rules.over(load_covmesh(in, repair.repair, console), in);
   const RunContext context = console.context();
   ErrorReport report;
   std::optional<PreparedCloud> cloud;
-  if (!points_file.empty()) {
-    const PointCloud points = load_points(points_file, console, attributes);
-    cloud = on_data_of(points_file, [&] { return prepare(points, options.scale, context); });
+  if (!files.points.empty()) {
+    const PointCloud points = load_points(files.points, console, attributes);
+    cloud = on_data_of(files.points, [&] { return prepare(points, options.scale, context); });
   }
   const Mesh mesh = cloud ? subdivide_stage(covmesh, *cloud, options, context, report)
                           : subdivide_stage(covmesh, options, context, report);

@@ -13,7 +13,8 @@ ExitCode run_triangulate(Arguments& arguments) {
   PlyEncoding encoding = PlyEncoding::binary;
   arguments.positional("MIXTURE", in, "mixture (ply; - is standard input)");
   arguments.positional("OUT", out, "covariance mesh (ply; - is standard output)");
-  bind_triangulate(arguments, options);
+  arguments.group("Triangulation");
+  arguments.fields(options.triangulate);
   GivenRules rules;
   rules.bind(arguments, options.triangulate.rules);
   bind_encoding(arguments, encoding);

@@ -162,7 +162,7 @@ def ripple(bench):
         for noise in (0.0005, 0.001, 0.002, 0.004):
             scan = Path(folder) / 'ripple.ply'
             Gpsrecon(bench.program).run('scan', 'shape:ripple', scan, '--points', 3000 if bench.quick else 40000,
-                                        '--noise-rel', noise)
+                                        '--noise', f'{100 * noise:g}%')
             runs = [bench.lab.run_on(scan, 'shape:ripple', method=m) for m in ('none', 'clop', 'wlop')]
             rows.append([f'{100 * noise:g} %', f"{100 * runs[1]['h_rel']:.1f} %"] + [errors(run) for run in runs])
     return table(['noise', 'h', 'points', 'CLOP', 'WLOP'], rows), {}

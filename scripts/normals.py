@@ -99,7 +99,7 @@ def draw_curves(curves, compressions, path):
 
 
 def measure_block(runner, count, pictures):
-    points = runner.scan("block", "--points", count, "--noise-rel", 0.0002, "--normals", "surface")
+    points = runner.scan("block", "--points", count, "--noise", "0.02%", "--normals", "surface")
     scan = Ply(points)
     positions, truth = scan.positions, scan.normals()
     text = (f"A virtual scan of `shape:block`, {count:,} points, noise 0.02 % of the diagonal. The exact normals are known. "
@@ -107,9 +107,9 @@ def measure_block(runner, count, pictures):
     rows, curves, panels = [], [], []
     cases = [("planes (12 points)", "pca", ["--neighbors", 12]), ("planes (30 points)", "pca", ["--neighbors", 30])]
     for h in KERNELS:
-        cases.append((f"medians, h = {100 * h:.1f} %", "weiszfeld", ["--h-rel", h]))
+        cases.append((f"medians, h = {100 * h:.1f} %", "weiszfeld", ["--support-radius", f"{100 * h:g}%"]))
     for h in KERNELS:
-        cases.append((f"CSW, h = {100 * h:.1f} %", "csw", ["--h-rel", h]))
+        cases.append((f"CSW, h = {100 * h:.1f} %", "csw", ["--support-radius", f"{100 * h:g}%"]))
     for label, method, options in cases:
         normals, seconds = runner.normals(points, "--method", method, *options, "--orient", "mst")
         errors = degrees_between(normals, truth)
@@ -129,7 +129,7 @@ def measure_block(runner, count, pictures):
         share = runner.compression(points, *mixture)
         row = [f"{alpha}", f"{100 * share:.1f} %"]
         for h, (_, shares, means) in zip(KERNELS, compressions):
-            normals, _ = runner.normals(points, "--method", "csw", "--h-rel", h, "--orient", "none", *mixture)
+            normals, _ = runner.normals(points, "--method", "csw", "--support-radius", f"{100 * h:g}%", "--orient", "none", *mixture)
             errors = degrees_between(normals, truth)
             shares.append(share)
             means.append(errors.mean())

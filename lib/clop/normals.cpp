@@ -274,16 +274,9 @@ double automatic_h(const Mixture& mixture, const RunContext& context) {
 }  // namespace
 
 void NormalOptions::check() const {
-  const auto fail = [](const std::string& field, const std::string& range, const std::string& value) {
-    throw OptionError("normals." + field + " must be " + range + ", not " + value);
-  };
-  if (neighbors != 0 && (neighbors < 3 || neighbors > 1000))
-    fail("neighbors", "in [3, 1000], or 0 for automatic", std::to_string(neighbors));
+  check_fields(*this);
   // Squares of h must not overflow.
-  if (!(h >= 0 && h <= 1e100)) fail("h", "in (0, 1e100], or 0 for automatic", std::to_string(h));
-  if (iterations < 0 || iterations > 1000) fail("iterations", "in [0, 1000]", std::to_string(iterations));
-  if (!(convergence >= 0) || !std::isfinite(convergence))
-    fail("convergence", "at least 0", std::to_string(convergence));
+  if (!(h >= 0 && h <= 1e100)) throw OptionError("h must be in (0, 1e100] or 0, not " + to_text(h));
 }
 
 NormalOptions resolve(NormalOptions options, std::span<const Vec3> points, const RunContext& context) {

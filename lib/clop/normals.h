@@ -1,9 +1,12 @@
 #pragma once
 
 #include <gpsrecon/core/mixture.h>
+#include <gpsrecon/core/options.h>
 #include <gpsrecon/core/point_cloud.h>
 #include <gpsrecon/core/run_context.h>
+#include <array>
 #include <span>
+#include <string_view>
 #include <vector>
 
 // Normal axes of a surface of which there are points, or a mixture: by principal component analysis (Hoppe et al.
@@ -21,20 +24,28 @@ enum class NormalMethod {
   csw,        ///< continuous spherical Weiszfeld, on a mixture
 };
 
+constexpr std::array<std::string_view, 3> option_names(NormalMethod /*type*/) {
+  return {"pca", "weiszfeld", "csw"};
+}
+
 struct NormalOptions {
-  /// Points, the one at the query included, for principal component analysis. Range: [3, 1000]; 0 = automatic: 12, more
-  /// where noise asks for it.
   int neighbors = 0;
   /// Support radius h of the kernel θ(r) = exp(-r²/(h/4)²) in which medians are sought, in the units of the positions.
   /// Range: (0, 1e100]; 0 = automatic.
   double h = 0;
-  /// Largest number of Weiszfeld iterations; without any, the result is the axis of least summed squared sines. Range:
-  /// [0, 1000].
   int iterations = 30;
-  /// Stop when a normal turns by less than this angle in radians. Range: >= 0.
   double convergence = 1e-4;
 
-  /// Throws OptionError naming the field and the value.
+  static OptionTable fields() {
+    using O = NormalOptions;
+    return {field<&O::neighbors>("neighbors", "[3, 1000] or 0",
+                                 "points a plane is put through; 0 = automatic: 12, more where noise asks for it"),
+            field<&O::iterations>("iterations", "[0, 1000]",
+                                  "Weiszfeld iterations, steps towards the median, at most; without any, the result is "
+                                  "the axis of least summed squared sines"),
+            field<&O::convergence>("convergence", ">= 0", "stop when a normal turns by less than X").in("radians")};
+  }
+  /// Throws OptionError naming option, range and value.
   void check() const;
 };
 

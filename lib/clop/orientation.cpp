@@ -159,11 +159,6 @@ void orient_along(std::vector<Vec3>& normals, std::span<const Vec3> directions) 
     if (normals[i].dot(directions[i]) < 0) normals[i] = -normals[i];
 }
 
-void PropagationOptions::check() const {
-  if (neighbors < 1 || neighbors > 1000)
-    throw OptionError("orientation.neighbors must be in [1, 1000], not " + std::to_string(neighbors));
-}
-
 std::size_t orient_by_propagation(std::vector<Vec3>& normals, std::span<const Vec3> positions,
                                   const PropagationOptions& options, const RunContext& context) {
   options.check();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <gpsrecon/core/options.h>
 #include <gpsrecon/core/run_context.h>
 #include <gpsrecon/core/vec.h>
 #include <span>
@@ -12,11 +13,15 @@ namespace gpsrecon {
 void orient_along(std::vector<Vec3>& normals, std::span<const Vec3> directions);
 
 struct PropagationOptions {
-  /// Nearest points, the point itself not counted, that a point is linked with. Range: [1, 1000].
   int neighbors = 12;
 
-  /// Throws OptionError naming the field and the value.
-  void check() const;
+  static OptionTable fields() {
+    return {field<&PropagationOptions::neighbors>(
+        "orient-neighbors", "[1, 1000]",
+        "nearest points, itself not counted, that a point is linked with where normals are oriented along a tree")};
+  }
+  /// Throws OptionError naming option, range and value.
+  void check() const { check_fields(*this); }
 };
 
 /// Orients normals from neighbour to neighbour along a minimum spanning forest of the graph of nearest neighbours

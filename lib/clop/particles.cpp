@@ -122,18 +122,40 @@ PointCloud upsampled(const PointCloud& points, std::size_t count, const RunConte
 
 }  // namespace
 
+ParticleCount ParticleCount::parse(const std::string& text) {
+  constexpr const char* expected = "all, a positive number N or X%";
+  ParticleCount particles;
+  if (text == "all") return particles;
+  if (text.ends_with('%')) {
+    particles.ratio = parse_double(text.substr(0, text.size() - 1)) / 100;
+  } else {
+    particles.count = parse_natural(text);
+    if (particles.count == 0) throw_expected(expected, text);
+  }
+  return particles;
+}
+
+std::string ParticleCount::text() const {
+  if (count > 0) return std::to_string(count);
+  return ratio == 1 ? "all" : to_text(100 * ratio) + "%";
+}
+
 void ParticleOptions::check() const {
-  if (!(ratio > 0 && ratio <= 100)) throw OptionError("ratio must be in (0, 100], not " + std::to_string(ratio));
-  if (count >= no_index) throw OptionError("count must be below 2^32 - 1, not " + std::to_string(count));
+  check_fields(*this);
+  if (!(particles.ratio > 0 && particles.ratio <= 100))
+    throw OptionError("particles must be in (0, 10000] percent, not " + to_text(100 * particles.ratio));
+  if (particles.count >= no_index)
+    throw OptionError("particles must be fewer than 2^32 - 1, not " + std::to_string(particles.count));
 }
 
 PointCloud choose_particles(const PointCloud& points, const ParticleOptions& options, const RunContext& context) {
   options.check();
   const std::size_t n = points.size();
   const std::size_t count =
-      options.count > 0
-          ? options.count
-          : std::max<std::size_t>(1, static_cast<std::size_t>(std::llround(options.ratio * static_cast<double>(n))));
+      options.particles.count > 0
+          ? options.particles.count
+          : std::max<std::size_t>(
+                1, static_cast<std::size_t>(std::llround(options.particles.ratio * static_cast<double>(n))));
   if (n == 0 || count == n) return points;
   PointCloud particles;
   if (count > n) {

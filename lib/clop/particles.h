@@ -1,7 +1,11 @@
 #pragma once
 
+#include <gpsrecon/core/options.h>
 #include <gpsrecon/core/point_cloud.h>
 #include <gpsrecon/core/run_context.h>
+#include <array>
+#include <string>
+#include <string_view>
 
 namespace gpsrecon {
 
@@ -10,16 +14,37 @@ enum class ParticleSelection {
   uniform,  ///< evenly over the surface, however dense the points are there
 };
 
+constexpr std::array<std::string_view, 2> option_names(ParticleSelection /*type*/) {
+  return {"random", "uniform"};
+}
+
+/// A number of particles, or a multiple of that of the points.
+struct ParticleCount {
+  std::size_t count = 0;  ///< 0: `ratio`
+  double ratio = 1;       ///< (0, 100]
+
+  static constexpr const char* placeholder = "all|N|X%";
+  /// `all`, a number above 0, or a percentage in (0, 10000]. Throws OptionError.
+  static ParticleCount parse(const std::string& text);
+  std::string text() const;
+};
+
 /// Which particles represent a cloud.
 struct ParticleOptions {
-  /// Number of particles. Range: >= 0; 0 = `ratio`.
-  std::size_t count = 0;
-  /// Number of particles as a multiple of that of the points. Range: (0, 100].
-  double ratio = 1;
-  /// Which points, where there are fewer particles than points.
+  ParticleCount particles = {};
   ParticleSelection selection = ParticleSelection::random;
 
-  /// Throws OptionError naming the field and the value.
+  static OptionTable fields() {
+    using O = ParticleOptions;
+    return {
+        field<&O::particles>("particles", "",
+                             "particles: the points, N > 0 of them, or X in (0, 10000] percent; above 100 % there are "
+                             "new ones among them"),
+        field<&O::selection>("selection", "",
+                             "which points, where there are fewer particles: any, independent of each other, or "
+                             "evenly over the surface, however dense they are there")};
+  }
+  /// Throws OptionError naming option, range and value.
   void check() const;
 };
 

@@ -89,19 +89,13 @@ void check_input(const PointCloud& particles, const Frame& frame) {
   if (!(particles.frame == frame)) throw InvariantError("the particles are in another frame than what attracts them");
 }
 
-}  // namespace
-
-void ProjectOptions::check() const {
-  const auto fail = [](const char* field, const char* range, double value) {
-    throw OptionError(std::string(field) + " must be " + range + ", not " + std::to_string(value));
-  };
-  if (!(support_radius > 0) || !std::isfinite(support_radius)) fail("support_radius", "positive", support_radius);
-  if (iterations < 1 || iterations > 1000) fail("iterations", "in [1, 1000]", iterations);
-  if (!(repulsion >= 0 && repulsion < 0.5)) fail("repulsion", "in [0, 0.5)", repulsion);
-  if (!(repulsion_cutoff > 0 && repulsion_cutoff <= 1)) fail("repulsion_cutoff", "in (0, 1]", repulsion_cutoff);
-  if (repulsion_interval < 1) fail("repulsion_interval", "at least 1", repulsion_interval);
-  if (!(convergence >= 0) || !std::isfinite(convergence)) fail("convergence", "at least 0", convergence);
+void check(const ProjectOptions& options) {
+  options.check();
+  if (!(options.support_radius > 0) || !std::isfinite(options.support_radius))
+    throw OptionError("support_radius must be > 0, not " + to_text(options.support_radius));
 }
+
+}  // namespace
 
 double automatic_support_radius(double spacing, double noise) {
   return 9 * std::hypot(spacing, 3 * noise);
@@ -109,7 +103,7 @@ double automatic_support_radius(double spacing, double noise) {
 
 PointCloud project(const PointCloud& particles, const Mixture& mixture, const ProjectOptions& options,
                    const RunContext& context) {
-  options.check();
+  check(options);
   check_input(particles, mixture.frame);
   validate(mixture);
   return iterate(particles, MixtureAttraction(mixture, options.support_radius, kernel_fit(options.kernel), context),
@@ -118,7 +112,7 @@ PointCloud project(const PointCloud& particles, const Mixture& mixture, const Pr
 
 PointCloud project(const PointCloud& particles, const PointCloud& points, const ProjectOptions& options,
                    const RunContext& context) {
-  options.check();
+  check(options);
   check_input(particles, points.frame);
   validate(points);
   return iterate(particles, PointAttraction(points, options.support_radius, options.balance, context), options,

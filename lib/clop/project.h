@@ -2,6 +2,7 @@
 
 #include <gpsrecon/clop/kernel.h>
 #include <gpsrecon/core/mixture.h>
+#include <gpsrecon/core/options.h>
 #include <gpsrecon/core/point_cloud.h>
 #include <gpsrecon/core/run_context.h>
 #include <functional>
@@ -20,19 +21,13 @@ struct ProjectionProgress {
 /// How particles are projected.
 struct ProjectOptions {
   /// Support radius h of the kernels in units of the positions: θ falls to e^-16 there. Detail much smaller than h/4 is
-  /// smoothed, noise much larger is not removed. Range: > 0; there is no default, automatic_support_radius() is one.
+  /// smoothed, noise much larger is not removed. Must be given; automatic_support_radius() is one.
   double support_radius = 0;
-  /// Iterations, at most. The first goes to the local mean, all others towards the local median. Range: [1, 1000].
   int iterations = 15;
-  /// Strength μ of the repulsion among particles. Range: [0, 0.5); 0 = none.
   double repulsion = 0.4;
-  /// Particles farther apart than this many support radii do not repel each other. Range: (0, 1].
   double repulsion_cutoff = 0.5;
-  /// The repulsion is recomputed in every so many iterations, and in the last. Range: >= 1; 1 = in all.
   int repulsion_interval = 2;
-  /// Stop when no particle moves farther than this many support radii. Range: >= 0; 0 = never.
   double convergence = 1e-3;
-  /// Of mixtures: the Gaussians that stand for the kernel.
   KernelCoefficients kernel = KernelCoefficients::published;
   /// Of points: divide their weights by the density around them (WLOP), so that dense areas do not dominate; without,
   /// it is LOP. For mixtures that is a property of the mixture (HemOptions::balance).
@@ -40,8 +35,24 @@ struct ProjectOptions {
   /// Called after every iteration. May be empty.
   std::function<void(const ProjectionProgress&)> on_iteration = nullptr;
 
-  /// Throws OptionError naming the field and the value.
-  void check() const;
+  static OptionTable fields() {
+    using O = ProjectOptions;
+    return {field<&O::iterations>("iterations", "[1, 1000]",
+                                  "iterations, at most; the first goes to the local mean, all others towards the local "
+                                  "median"),
+            field<&O::convergence>("convergence", ">= 0",
+                                   "stop when no particle moves farther than X support radii; 0 = never"),
+            field<&O::repulsion>("repulsion", "[0, 0.5)", "strength of the repulsion among particles"),
+            field<&O::repulsion_cutoff>("repulsion-cutoff", "(0, 1]",
+                                        "particles farther apart than X support radii do not repel each other"),
+            field<&O::repulsion_interval>("repulsion-interval", ">= 1",
+                                          "recompute the repulsion in every N-th iteration, and in the last"),
+            field<&O::kernel>("kernel", "",
+                              "Gaussians that stand for the kernel when particles are drawn to a mixture: close to it "
+                              "near the particle, or farther out")};
+  }
+  /// Throws OptionError naming option, range and value.
+  void check() const { check_fields(*this); }
 };
 
 /// Support radius for points of this spacing and noise (hem/scale.h): wide enough to hold the points that tell where

@@ -62,13 +62,6 @@ Color color_of_axis(const Vec3& axis) {
 
 }  // namespace
 
-void EllipsoidOptions::check() const {
-  if (!(scale > 0) || !std::isfinite(scale))
-    throw OptionError("ellipsoid scale = " + std::to_string(scale) + ": expected a number > 0");
-  if (level < 0 || level > 5)
-    throw OptionError("ellipsoid level = " + std::to_string(level) + ": expected an integer in [0, 5]");
-}
-
 Mesh ellipsoid_mesh(const Mixture& mixture, const EllipsoidOptions& options) {
   options.check();
   Sphere sphere = icosahedron();

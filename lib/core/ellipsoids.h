@@ -2,19 +2,27 @@
 
 #include <gpsrecon/core/mesh.h>
 #include <gpsrecon/core/mixture.h>
+#include <gpsrecon/core/options.h>
 
 namespace gpsrecon {
 
 struct EllipsoidOptions {
-  /// Half axes in standard deviations. Range: > 0.
   double scale = 1;
-  /// Refinements of an icosahedron, level L has 20 * 4^L triangles. Range: [0, 5].
   int level = 1;
-  /// Colour by the direction of the smallest axis, the surface normal of a flat Gaussian.
   bool colors = true;
 
-  /// Throws OptionError naming the field and the value.
-  void check() const;
+  static OptionTable fields() {
+    using O = EllipsoidOptions;
+    return {
+        field<&O::scale>("ellipsoid-scale", "> 0", "half axes of the ellipsoids").in("standard deviations"),
+        field<&O::level>("ellipsoid-level", "[0, 5]", "refinements of an icosahedron, level L has 20 * 4^L triangles")
+            .only_in_library(),
+        field<&O::colors>("ellipsoid-colors", "",
+                          "colour by the direction of the smallest axis, the surface normal of a flat Gaussian")
+            .only_in_library()};
+  }
+  /// Throws OptionError naming option, range and value.
+  void check() const { check_fields(*this); }
 };
 
 /// A mixture to look at: every Gaussian as a closed triangle mesh μ + scale Σ^(1/2) u with vertices u on the unit

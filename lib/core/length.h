@@ -31,6 +31,8 @@ class Length {
   std::string text() const;
 
   bool is_automatic() const { return unit_ == Unit::automatic; }
+  /// Given, and not in sample spacings: what is known of any points.
+  bool needs_no_estimate() const { return unit_ == Unit::diagonal || unit_ == Unit::scene; }
   /// The number as it was given: a share, a count or a length. 0 if automatic.
   double number() const { return number_; }
 

@@ -2,6 +2,7 @@
 
 #include <gpsrecon/core/vec.h>
 #include <cstdint>
+#include <numbers>
 #include <string>
 
 namespace gpsrecon {
@@ -18,6 +19,13 @@ double parse_double(const std::string& text);
 std::int64_t parse_integer(const std::string& text);
 std::uint64_t parse_natural(const std::string& text);
 Vec3 parse_point(const std::string& text);
+
+/// Throws OptionError.
 [[noreturn]] void throw_expected(const std::string& what, const std::string& text);
+
+/// Options give angles in degrees.
+constexpr double radians(double degrees) {
+  return degrees * (std::numbers::pi / 180);
+}
 
 }  // namespace gpsrecon

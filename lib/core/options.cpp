@@ -1,6 +1,7 @@
 #include <gpsrecon/core/options.h>
 
 #include <gpsrecon/core/error.h>
+#include <algorithm>
 #include <charconv>
 #include <limits>
 #include <stdexcept>
@@ -57,6 +58,21 @@ Interval parse_range(std::string_view range) {
 
 }  // namespace
 
+std::string one_of(std::span<const std::string_view> names) {
+  std::string all;
+  for (const std::string_view name : names) {
+    if (!all.empty()) all += '|';
+    all += name;
+  }
+  return all;
+}
+
+std::size_t position_in(std::span<const std::string_view> names, const std::string& text) {
+  const auto found = std::find(names.begin(), names.end(), text);
+  if (found == names.end()) throw_expected("one of " + one_of(names), text);
+  return static_cast<std::size_t>(found - names.begin());
+}
+
 bool OptionType<bool>::read(const std::string& text) {
   if (text == "true" || text == "on" || text == "yes" || text == "1") return true;
   if (text == "false" || text == "off" || text == "no" || text == "0") return false;
@@ -104,7 +120,7 @@ void Field::set(void* options, const std::string& text) const {
 void Field::check(const void* options) const {
   const Interval interval = parse_range(range);
   const OptionState value = state(options);
-  if (!value.is_given && clear != nullptr) return;
+  if (!value.is_given && (clear != nullptr || range.empty())) return;
   const bool in_range =
       value.is_given && (!value.number || (std::isfinite(*value.number) && interval.contains(*value.number)));
   if (in_range) return;

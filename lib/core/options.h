@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -52,23 +53,17 @@ struct OptionType<T> {
   static std::string text(const T& value) { return value.text(); }
 };
 
+/// The names separated by bars.
+std::string one_of(std::span<const std::string_view> names);
+/// Where `text` stands in them. Throws OptionError if it does not.
+std::size_t position_in(std::span<const std::string_view> names, const std::string& text);
+
 /// An enumeration has a function `option_names(E)` beside it with the names of its values, in their order.
 template <class E>
 requires std::is_enum_v<E>
 struct OptionType<E> {
-  static std::string placeholder() {
-    std::string all;
-    for (const std::string_view name : option_names(E{})) all += (all.empty() ? "" : "|") + std::string(name);
-    return all;
-  }
-  static E read(const std::string& text) {
-    int value = 0;
-    for (const std::string_view name : option_names(E{})) {
-      if (name == text) return static_cast<E>(value);
-      ++value;
-    }
-    throw_expected("one of " + placeholder(), text);
-  }
+  static std::string placeholder() { return one_of(option_names(E{})); }
+  static E read(const std::string& text) { return static_cast<E>(position_in(option_names(E{}), text)); }
   static std::string text(E value) { return std::string(option_names(E{})[static_cast<std::size_t>(value)]); }
 };
 
@@ -105,6 +100,17 @@ struct OptionType<Vec3> {
   static std::string placeholder() { return "X,Y,Z"; }
   static Vec3 read(const std::string& text) { return parse_point(text); }
   static std::string text(const Vec3& value) { return to_text(value); }
+};
+
+/// The name of a file; empty: none.
+template <>
+struct OptionType<std::string> {
+  static std::string placeholder() { return "FILE"; }
+  static std::string read(const std::string& text) {
+    if (text.empty()) throw_expected("a text that is not empty", text);
+    return text;
+  }
+  static std::string text(const std::string& value) { return value; }
 };
 
 /// Names, separated by commas.
@@ -189,7 +195,8 @@ OptionState state_of(const T& value) {
       state.value = state.text;
     if constexpr (std::is_arithmetic_v<T> && !std::is_same_v<T, bool>) state.number = static_cast<double>(value);
     if constexpr (std::is_same_v<T, Vec3>) state.number = value.sum();  // finite if all of them are
-    if constexpr (std::is_same_v<T, std::vector<std::string>>) state.is_given = !value.empty();
+    if constexpr (std::is_same_v<T, std::string> || std::is_same_v<T, std::vector<std::string>>)
+      state.is_given = !value.empty();
     if constexpr (std::is_same_v<T, Length>) {
       state.is_given = !value.is_automatic();
       if (state.is_given) state.number = value.number();
@@ -230,6 +237,7 @@ Field field(std::string_view name, std::string_view range, std::string_view mean
     row.read_into = [](void* options, const std::string& text) {
       static_cast<Options*>(options)->*member = OptionType<T>::read(text);
     };
+    if (std::is_same_v<T, std::string>) row.absent = "none";
     // What has a length by default needs one.
     const bool may_be_automatic = std::is_same_v<T, Length> && !row.state_of(&defaults<Options>()).is_given;
     if (may_be_automatic || std::is_same_v<T, std::vector<std::string>>) {

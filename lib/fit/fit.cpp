@@ -255,15 +255,6 @@ std::vector<double> Fitting::round(Fit& fit, const Connectivity& topology, int s
 
 }  // namespace
 
-void FitOptions::check() const {
-  const auto fail = [](const char* field, const char* range, int value) {
-    throw OptionError(std::string(field) + " must be in " + range + ", not " + std::to_string(value));
-  };
-  if (steps < 0 || steps > 100) fail("steps", "[0, 100]", steps);
-  if (refinements < 0 || refinements > 10) fail("refinements", "[0, 10]", refinements);
-  if (level < 1 || level > 5) fail("level", "[1, 5]", level);
-}
-
 Fit fit(CovMesh mesh, const PointCloud& cloud, const FitOptions& options, const RunContext& context) {
   options.check();
   Fit result;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <gpsrecon/core/mesh.h>
+#include <gpsrecon/core/options.h>
 #include <gpsrecon/core/point_cloud.h>
 #include <gpsrecon/core/run_context.h>
 #include <gpsrecon/gps/subdivide.h>
@@ -8,19 +9,26 @@
 namespace gpsrecon {
 
 struct FitOptions {
-  /// Gauss-Newton steps per round, at most. Range: [0, 100]; 0 = return the mesh as it is.
   int steps = 4;
-  /// Rounds of refinement, at most: control edges are split where the points show detail that the control mesh is too
-  /// coarse for, and the finer mesh is fitted again. Range: [0, 10].
   int refinements = 2;
-  /// Vertices a refinement may lead to, at most; the edges with the strongest evidence are split first. A mesh that has
-  /// more is not refined. Range: >= 0; 0 = no limit.
   std::size_t max_vertices = 0;
-  /// Refinement level at which the surface is sampled. Range: [1, 5].
   int level = 2;
 
-  /// Throws OptionError naming the field and the value.
-  void check() const;
+  static OptionTable fields() {
+    using O = FitOptions;
+    return {
+        field<&O::steps>("fit-steps", "[0, 100]",
+                         "Gauss-Newton steps that move the surface through the points, at most, per round; 0 = no fit"),
+        field<&O::refinements>("refinements", "[0, 10]",
+                               "rounds, at most, that split control edges where the points show detail that the "
+                               "control mesh is too coarse for, and fit again"),
+        field<&O::max_vertices>("max-vertices", ">= 0",
+                                "vertices those rounds may lead to, at most; edges with the strongest evidence are "
+                                "split first; 0 = no limit"),
+        field<&O::level>("fit-level", "[1, 5]", "refinement level at which the surface is sampled").only_in_library()};
+  }
+  /// Throws OptionError naming option, range and value.
+  void check() const { check_fields(*this); }
 };
 
 /// A fitted mesh and how it came about.

@@ -25,9 +25,10 @@ struct Bias {
   }
 };
 
-Bias bias_of(const InferOptions& options, const Frame& frame) {
-  if (options.sigma0 == 0) return {options.bias, 0};
-  const double sigma0 = std::ldexp(options.sigma0, -frame.exponent);
+Bias bias_of(const InferOptions& options, const Mesh& mesh) {
+  if (options.sigma0.is_automatic()) return {options.bias.value_or(InferOptions::default_bias), 0};
+  const double sigma0 = options.sigma0.resolve(
+      {.diagonal = bounding_box_diagonal(mesh.positions), .scene_to_local = 1 / mesh.frame.scale()}, "sigma0");
   return {min_bias, sigma0 * sigma0};
 }
 
@@ -169,9 +170,11 @@ std::size_t fill_missing(const FaceList& faces, std::vector<Sym3>& covariances) 
 }  // namespace
 
 void InferOptions::check() const {
-  if (!(bias >= 1e-9 && bias <= 1e3)) throw OptionError("bias: " + std::to_string(bias) + " is not in [1e-9, 1000]");
-  if (sigma0 != 0 && !(sigma0 >= 1e-100 && sigma0 <= 1e100))
-    throw OptionError("sigma0: " + std::to_string(sigma0) + " is neither 0 nor in [1e-100, 1e100]");
+  check_fields(*this);
+  if (bias && !sigma0.is_automatic()) throw OptionError("bias and sigma0 contradict each other");
+  // Squares must neither overflow nor vanish.
+  if (!sigma0.is_automatic() && !(sigma0.number() >= 1e-100 && sigma0.number() <= 1e100))
+    throw OptionError("sigma0 must be in [1e-100, 1e100], not " + sigma0.text());
 }
 
 Inference infer_covariances(const Mesh& mesh, const InferOptions& options, const RunContext& context) {
@@ -184,7 +187,7 @@ Inference infer_covariances(const Mesh& mesh, const InferOptions& options, const
     degenerate[f] = is_degenerate(face_covariances[f]) ? 1 : 0;
   });
 
-  const Bias bias = bias_of(options, mesh.frame);
+  const Bias bias = bias_of(options, mesh);
   Inference result;
   result.degenerate_faces = static_cast<std::size_t>(std::count(degenerate.begin(), degenerate.end(), 1));
   Mixture& vertices = result.mesh.vertices;

@@ -1,7 +1,11 @@
 #pragma once
 
 #include <gpsrecon/core/mesh.h>
+#include <gpsrecon/core/options.h>
 #include <gpsrecon/core/run_context.h>
+#include <array>
+#include <optional>
+#include <string_view>
 
 namespace gpsrecon {
 
@@ -10,16 +14,32 @@ enum class InferMethod {
   vertex,  ///< covariance of the vertex and its neighbours, Eq. 15
 };
 
+constexpr std::array<std::string_view, 2> option_names(InferMethod /*type*/) {
+  return {"face", "vertex"};
+}
+
 struct InferOptions {
   InferMethod method = InferMethod::face;
-  /// Added to the diagonal of each face's (or vertex neighbourhood's) population covariance, in multiples of its
-  /// largest eigenvalue: what keeps flat neighbourhoods invertible. Range: [1e-9, 1e3].
-  double bias = 0.05;
-  /// The same as an absolute standard deviation in world units, whose square is added in place of `bias`; never less
-  /// than a `bias` of 1e-9 would be. 0 = use `bias`. Range: 0 or [1e-100, 1e100].
-  double sigma0 = 0;
+  std::optional<double> bias = {};
+  Length sigma0 = {};
 
-  /// Throws OptionError naming the field and the value.
+  static constexpr double default_bias = 0.05;
+
+  static OptionTable fields() {
+    using O = InferOptions;
+    return {
+        field<&O::method>("method", "",
+                          "covariance of a vertex: of the product of the Gaussians of its faces, which keeps "
+                          "features, or of its neighbours"),
+        field<&O::bias>("bias", "[1e-9, 1000]",
+                        "variance added in all directions, in multiples of the largest of the face (or "
+                        "neighbourhood), which keeps flat places invertible: the larger, the smoother")
+            .or_else("0.05"),
+        field<&O::sigma0>("sigma0", "> 0",
+                          "standard deviation added in all directions, instead of --bias, but never less than a bias "
+                          "of 1e-9 would be; auto = as --bias says")};
+  }
+  /// Throws OptionError naming option, range and value, or two that contradict each other.
   void check() const;
 };
 

@@ -61,8 +61,12 @@ void add_curvatures(const SurfaceEvaluator& surface, const std::vector<SurfacePa
 }
 
 Mesh subdivide_to_tolerance(const CovMesh& mesh, const SubdivideOptions& options, const RunContext& context) {
+  const double tolerance = options.tolerance->resolve({.diagonal = bounding_box_diagonal(mesh.vertices.means),
+                                                       .spacing = mesh.vertices.spacing,
+                                                       .scene_to_local = 1 / mesh.vertices.frame.scale()},
+                                                      "tolerance");
   const SurfaceEvaluator surface(mesh, context);
-  Tessellation result = tessellate(surface, mesh, options.tolerance, max_halvings, context);
+  Tessellation result = tessellate(surface, mesh, tolerance, max_halvings, context);
   context.progress("subdivide", 0.8);
   if (result.unresolved > 0)
     context.warn("tolerance: " + std::to_string(result.unresolved) +
@@ -104,8 +108,9 @@ Mesh subdivide_to_tolerance(const CovMesh& mesh, const SubdivideOptions& options
 
 template <class Scheme>
 Mesh subdivide_uniformly(const CovMesh& mesh, const SubdivideOptions& options, const RunContext& context) {
-  check_levels(mesh.faces, options.levels, mesh.rules);
-  const RefinementLevels<Scheme> levels(mesh.faces, mesh.vertices.size(), options.levels, mesh.rules, context);
+  const int level = options.levels ? *options.levels : automatic_level(mesh);
+  check_levels(mesh.faces, level, mesh.rules);
+  const RefinementLevels<Scheme> levels(mesh.faces, mesh.vertices.size(), level, mesh.rules, context);
   context.progress("subdivide", 0.3);
   Mesh refined;
   refined.faces = levels.faces(context);
@@ -121,7 +126,7 @@ Mesh subdivide_uniformly(const CovMesh& mesh, const SubdivideOptions& options, c
   if (options.attributes) interpolate_attributes(levels, mesh.vertices, refined, context);
   if (options.curvature) {
     const std::vector<SurfaceParameter> places =
-        refined_parameters(mesh.faces, refined.faces, refined.positions.size(), options.levels, mesh.rules.scheme);
+        refined_parameters(mesh.faces, refined.faces, refined.positions.size(), level, mesh.rules.scheme);
     add_curvatures(SurfaceEvaluator(mesh, context), places, refined, context);
   }
   return refined;
@@ -130,10 +135,9 @@ Mesh subdivide_uniformly(const CovMesh& mesh, const SubdivideOptions& options, c
 }  // namespace
 
 void SubdivideOptions::check() const {
-  if (levels < 0 || levels > 8) throw OptionError("levels: " + std::to_string(levels) + " is not in [0, 8]");
-  if (!(tolerance >= 0) || !std::isfinite(tolerance))
-    throw OptionError("tolerance must be positive, or 0 for levels, not " + std::to_string(tolerance));
-  if (tolerance > 0 && !limit) throw OptionError("tolerance needs limit");
+  check_fields(*this);
+  if (tolerance && levels) throw OptionError("tolerance and levels contradict each other");
+  if (tolerance && !limit) throw OptionError("tolerance needs limit");
 }
 
 Mesh subdivide(const CovMesh& mesh, const SubdivideOptions& options, const RunContext& context) {
@@ -142,12 +146,19 @@ Mesh subdivide(const CovMesh& mesh, const SubdivideOptions& options, const RunCo
   // That the faces are manifold is found when they are refined.
   validate(mesh.vertices);
   validate(mesh.faces, mesh.vertices.size());
-  const auto refine_mesh = options.tolerance > 0               ? subdivide_to_tolerance
+  const auto refine_mesh = options.tolerance                   ? subdivide_to_tolerance
                            : mesh.rules.scheme == Scheme::loop ? subdivide_uniformly<LoopScheme>
                                                                : subdivide_uniformly<CatmullClarkScheme>;
   Mesh refined = refine_mesh(mesh, options, context);
   context.progress("subdivide", 1);
   return refined;
+}
+
+int automatic_level(const CovMesh& mesh) {
+  // One level more would quadruple the mesh, and the memory and time for its report, for an accuracy that no longer
+  // changes by more than a few per cent. A Catmull-Clark surface shows its quadrilaterals from the first level on.
+  const int lowest = mesh.rules.scheme == Scheme::catmull_clark ? 1 : 0;
+  return std::max(level_for_edge_length(mesh, 1.5 * mesh.vertices.spacing), lowest);
 }
 
 int level_for_edge_length(const CovMesh& mesh, double target_edge, int max_level) {

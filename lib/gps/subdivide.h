@@ -1,30 +1,46 @@
 #pragma once
 
 #include <gpsrecon/core/mesh.h>
+#include <gpsrecon/core/options.h>
 #include <gpsrecon/core/run_context.h>
+#include <optional>
 
 namespace gpsrecon {
 
 struct SubdivideOptions {
-  /// Number of refinement steps. Range: [0, 8].
-  int levels = 2;
+  std::optional<int> levels = {};
   /// Push the vertices of the last level to their limit positions and give limit normals; otherwise the vertices of the
   /// last level themselves, with normals of the same limit surface.
   bool limit = true;
-  /// Instead of `levels` everywhere, split faces until the mesh is nowhere farther from the limit surface than this, in
-  /// units of the control means; faces become triangles. Needs limit. Range: > 0; 0 = levels.
-  double tolerance = 0;
-  /// Give the vertices the curvatures of the limit surface there, as scalars: mean_curvature and the principal
-  /// curvatures k1 >= k2 in 1/length, gaussian_curvature in 1/length² (all in world units, positive where the surface
-  /// bends away from the normal), the directions k1x ... k2z, and curvature_exact, 0 at irregular control vertices,
-  /// where it may be infinite and is taken around the vertex (evaluate.h).
+  std::optional<Length> tolerance = {};
   bool curvature = false;
-  /// Give the vertices their covariances.
   bool covariances = false;
-  /// Give the refined vertices the colours and scalars of the control vertices, if these have any.
   bool attributes = true;
 
-  /// Throws OptionError naming the field and the value.
+  static OptionTable fields() {
+    using O = SubdivideOptions;
+    return {
+        field<&O::levels>(
+            "levels", "[0, 8]",
+            "refinement level of the mesh; auto = the smallest up to 3 whose edges are at most 1.5 sample "
+            "spacings, at least 1 with --scheme catmull-clark")
+            .or_else("auto"),
+        field<&O::tolerance>(
+            "tolerance", "> 0",
+            "instead of levels: split faces until the mesh is nowhere farther than LENGTH from the limit "
+            "surface, so that flat places stay coarse; faces become triangles"),
+        field<&O::limit>("limit", "", "push the vertices to their limit positions").only_in_library(),
+        field<&O::curvature>(
+            "curvature", "",
+            "give the vertices curvatures, in 1/length, positive where the surface bends away from the "
+            "normal: mean_curvature, gaussian_curvature, k1, k2, their directions and whether they are "
+            "exact (ply)"),
+        field<&O::covariances>("covariances", "",
+                               "give the vertices their covariances (ply): the mesh then is a covariance mesh itself"),
+        field<&O::attributes>("attributes", "", "give the vertices the colours and scalars of the control vertices")
+            .only_in_library()};
+  }
+  /// Throws OptionError naming option, range and value, or two that contradict each other.
   void check() const;
 };
 
@@ -33,9 +49,14 @@ struct SubdivideOptions {
 /// result has positions, unit normals (appendix B) and `sigma` = sqrt(max(0, nᵀΣn - σ0²)) per vertex, in the frame of
 /// the input, and the colours and scalars of the control vertices: averages by weights of the limit position times
 /// precision within the surface; labels by the largest sum of these. Level L has 4^L times the faces (with
-/// Scheme::catmull_clark 4^(L-1) times the corners, all quadrilaterals). O(size of the result). Throws OptionError;
+/// Scheme::catmull_clark 4^(L-1) times the corners, all quadrilaterals). A tolerance that is a share of the diagonal is
+/// of that of the control means. O(size of the result). Throws OptionError;
 /// InvariantError if the mesh is not a valid covariance mesh or, with Scheme::loop, not triangular.
 Mesh subdivide(const CovMesh& mesh, const SubdivideOptions& options = {}, const RunContext& context = {});
+
+/// The level that a mesh is refined to unless options say otherwise: the smallest up to 3 whose edges are at most half
+/// longer than the sample spacing, and where that is not known 3; with Scheme::catmull_clark at least 1.
+int automatic_level(const CovMesh& mesh);
 
 /// The smallest level <= max_level at which the mean edge is no longer than `target_edge`. Throws nothing.
 int level_for_edge_length(const CovMesh& mesh, double target_edge, int max_level = 3);

@@ -253,40 +253,36 @@ Candidates adapt_probability(const Mixture& level, Candidates at_or_below, std::
   return best;
 }
 
+/// Kernel width and spacing as the options say, of an estimate of the scale only where they need one.
+Kernel kernel_of(const PointCloud& cloud, const HemOptions& options, const RunContext& context) {
+  LengthScale units{.diagonal = bounding_box_diagonal(cloud.positions), .scene_to_local = 1 / cloud.frame.scale()};
+  const bool needs_spacing = options.initial == InitialCovariance::local || options.balance;
+  double automatic = 0;
+  if (!options.sigma0.needs_no_estimate() || (needs_spacing && !options.spacing.needs_no_estimate())) {
+    const Scale scale = estimate_scale(cloud, {}, context);
+    units.spacing = scale.spacing;
+    automatic = automatic_sigma0(scale, options.initial);
+  }
+  Kernel kernel;
+  kernel.spacing = options.spacing.resolve(units, "spacing", units.spacing);
+  units.spacing = kernel.spacing;
+  kernel.sigma0 = options.sigma0.resolve(units, "sigma0", automatic);
+  return kernel;
+}
+
 }  // namespace
 
 double automatic_sigma0(const Scale& scale, InitialCovariance initial) {
   return initial == InitialCovariance::local ? scale.sigma0_local : scale.sigma0;
 }
 
-void HemOptions::check() const {
-  const auto fail = [](const char* field, const char* range, double value) {
-    throw OptionError(std::string(field) + " must be " + range + ", not " + std::to_string(value));
-  };
-  if (!(sigma0 >= 0) || !std::isfinite(sigma0)) fail("sigma0", "positive, or 0 for automatic", sigma0);
-  if (!(spacing >= 0) || !std::isfinite(spacing)) fail("spacing", "positive, or 0 for automatic", spacing);
-  if (!(alpha > 0 && alpha <= 10)) fail("alpha", "in (0, 10]", alpha);
-  if (!(parent_probability > 0 && parent_probability < 1)) fail("parent_probability", "in (0, 1)", parent_probability);
-  if (!(min_reduction >= 0 && min_reduction < 1)) fail("min_reduction", "in [0, 1)", min_reduction);
-  if (max_levels < 0) fail("max_levels", "at least 0", max_levels);
-  if (flat_levels < 0) fail("flat_levels", "at least 0", flat_levels);
-  if (!(flat_alpha > 0 && flat_alpha <= 10)) fail("flat_alpha", "in (0, 10]", flat_alpha);
-  if (neighbors < 4 || neighbors > 1000) fail("neighbors", "in [4, 1000]", neighbors);
-}
-
-Mixture build_mixture(const PointCloud& cloud, const HemOptions& given, const RunContext& context) {
-  given.check();
+Mixture build_mixture(const PointCloud& cloud, const HemOptions& options, const RunContext& context) {
+  options.check();
   if (cloud.empty()) throw NoSurfaceError("no mixture of an empty cloud");
-  HemOptions options = given;
-  const bool needs_spacing = options.initial == InitialCovariance::local || options.balance;
-  if (options.sigma0 == 0 || (options.spacing == 0 && needs_spacing)) {
-    const Scale scale = estimate_scale(cloud, {}, context);
-    if (options.sigma0 == 0) options.sigma0 = automatic_sigma0(scale, options.initial);
-    if (options.spacing == 0) options.spacing = scale.spacing;
-  }
-  if (!(options.sigma0 > 0)) throw NoSurfaceError("the points coincide: their spacing is zero");
+  const Kernel kernel = kernel_of(cloud, options, context);
+  if (!(kernel.sigma0 > 0)) throw NoSurfaceError("the points coincide: their spacing is zero");
 
-  Mixture level = initial_mixture(cloud, options, context);
+  Mixture level = initial_mixture(cloud, kernel, options, context);
   std::vector<Index> component_of;  // per point, if it is needed
   if (has_attributes(cloud)) {
     component_of.resize(cloud.size());

@@ -1,10 +1,13 @@
 #pragma once
 
 #include <gpsrecon/core/mixture.h>
+#include <gpsrecon/core/options.h>
 #include <gpsrecon/core/point_cloud.h>
 #include <gpsrecon/core/run_context.h>
 #include <gpsrecon/hem/scale.h>
+#include <array>
 #include <functional>
+#include <string_view>
 
 namespace gpsrecon {
 
@@ -19,44 +22,71 @@ enum class InitialCovariance {
 /// The kernel width that suits the Gaussians points start as, of those an estimated scale has (scale.h).
 double automatic_sigma0(const Scale& scale, InitialCovariance initial);
 
+/// As options spell them.
+constexpr std::array<std::string_view, 2> option_names(InitialCovariance /*type*/) {
+  return {"isotropic", "local"};
+}
+
 /// How build_mixture reduces points to Gaussians.
 struct HemOptions {
-  /// Standard deviation of the kernel each point is given, in the units of the positions. It is the bandwidth of the
-  /// density estimate, so it decides compression and smoothness. Range: > 0; 0 = from spacing and noise (scale.h).
-  double sigma0 = 0;
-  /// Sample spacing A in the units of the positions, for `InitialCovariance::local`. Range: > 0; 0 = estimated.
-  double spacing = 0;
-  /// How unlike components may be that merge: Kullback-Leibler divergence at most alpha²/2. Range: (0, 10].
+  Length sigma0 = {};
+  Length spacing = {};
   double alpha = 2;
-  /// Share of the components of a level that become parents of the next. Range: (0, 1).
   double parent_probability = 1.0 / 3;
-  /// Stop when a level removes less than this share of the components. Range: [0, 1).
   double min_reduction = 0.025;
-  /// Largest number of levels. Range: >= 0; 0 = until the stop rule.
   int max_levels = 0;
-  /// Levels after those, at most, that merge only within flat regions: a child's mean lies off the plane of its parent,
-  /// and its thickness exceeds the parent's, by at most a tenth of the parent's smallest eigenvalue (squared distance,
-  /// variance). Thins out what is smooth and leaves detail alone, and pieces of three components or fewer, too. None if
-  /// the wanted number is reached before. Range: >= 0.
-  int flat_levels = 0;
-  /// `alpha` of those levels. Range: (0, 10].
+  int flat_levels = 4;
   double flat_alpha = 2.5;
-  /// Wanted number of components, hit within 2 % where the levels can reach it. Range: >= 0; 0 = as the levels end.
   std::size_t target_components = 0;
-  InitialCovariance initial = InitialCovariance::isotropic;
-  /// Neighbours (the point included) for local covariances and for the normals of clouds without. Range: [4, 1000].
+  InitialCovariance initial = InitialCovariance::local;
   int neighbors = 16;
-  /// Weight points by the inverse of the local density, so that dense areas do not dominate (WLOP balance,
-  /// Preiner et al. 2014, Eq. 25-26). The weights are renormalised to the number of points.
   bool balance = false;
-  /// Carry a wrapped normal per component (Preiner et al. 2014, Eq. 29-30), from the cloud's normals or, where it has
-  /// none of finite positive length, from principal component analysis.
   bool normals = false;
   /// Called after every level, level 0 included, with the level's mixture. May be empty.
   std::function<void(int level, const Mixture& mixture)> on_level = nullptr;
 
-  /// Throws OptionError naming the field and the value.
-  void check() const;
+  static OptionTable fields() {
+    using O = HemOptions;
+    return {
+        field<&O::sigma0>(
+            "sigma0", "> 0",
+            "standard deviation of the kernel each point is given, the bandwidth of the density estimate: "
+            "it decides compression and smoothness; auto = from sample spacing and noise"),
+        field<&O::spacing>("spacing", "> 0", "sample spacing, for --initial local; auto = estimated").only_in_library(),
+        field<&O::alpha>("alpha", "(0, 10]",
+                         "how unlike Gaussians may be that merge: Kullback-Leibler divergence at most X^2/2"),
+        field<&O::parent_probability>("parent-probability", "(0, 1)",
+                                      "share of the Gaussians of a level that become parents of the next")
+            .only_in_library(),
+        field<&O::min_reduction>("min-reduction", "[0, 1)",
+                                 "stop when a level removes less than this share of the Gaussians")
+            .only_in_library(),
+        field<&O::max_levels>("hem-levels", ">= 0",
+                              "largest number of reduction levels; 0 = until a level hardly reduces"),
+        field<&O::flat_levels>("flat-levels", ">= 0",
+                               "levels after those, at most, that merge only within flat places, as far as a tenth of "
+                               "the smallest variance of the parent: fewer vertices where nothing is lost by it"),
+        field<&O::flat_alpha>("flat-alpha", "(0, 10]", "--alpha of those levels"),
+        field<&O::target_components>("target", ">= 0",
+                                     "wanted number of Gaussians, hit within 2 % where the levels can reach it; 0 = as "
+                                     "the levels end"),
+        field<&O::initial>("initial", "",
+                           "Gaussian each point starts as: a ball, or the covariance of its neighbours scaled to the "
+                           "sample spacing"),
+        field<&O::neighbors>("neighbors", "[4, 1000]",
+                             "points, itself included, for the covariance of a point and for normals of clouds without")
+            .only_in_library(),
+        field<&O::balance>(
+            "balance", "",
+            "weight points by the inverse of the local density (Preiner et al. 2014, Eq. 25-26), so that "
+            "dense areas do not dominate; the sum stays"),
+        field<&O::normals>(
+            "normals", "",
+            "give each Gaussian a mean normal and its variance (Preiner et al. 2014, Eq. 29-30), from the "
+            "normals of the points or, without, from planes through their neighbours")};
+  }
+  /// Throws OptionError naming option, range and value.
+  void check() const { check_fields(*this); }
 };
 
 /// Regularised hierarchical expectation maximisation: reduces the points (one Gaussian each) level by level to a
@@ -64,8 +94,8 @@ struct HemOptions {
 /// appendix A. The total weight is conserved to 1e-12, the mean and covariance of the whole too while the eigenvalue
 /// floor (1e-6 λmax) is inactive. Colours and scalars of the points are carried: each component has the mean, or for
 /// labels the majority, of the points that followed the largest responsibility into it, level by level. Independent of
-/// the thread count to the last bit, and of units. O(n log n). Throws OptionError, NoSurfaceError for an empty cloud,
-/// Cancelled.
+/// the thread count to the last bit, and of units. Shares of the diagonal are of that of `cloud`. O(n log n). Throws
+/// OptionError, NoSurfaceError for an empty cloud, Cancelled.
 Mixture build_mixture(const PointCloud& cloud, const HemOptions& options = {}, const RunContext& context = {});
 
 }  // namespace gpsrecon

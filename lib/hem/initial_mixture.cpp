@@ -47,13 +47,14 @@ void balance_weights(const PointCloud& cloud, const Neighbors& index, double spa
 
 }  // namespace
 
-Mixture initial_mixture(const PointCloud& cloud, const HemOptions& options, const RunContext& context) {
+Mixture initial_mixture(const PointCloud& cloud, const Kernel& kernel, const HemOptions& options,
+                        const RunContext& context) {
   const std::size_t n = cloud.size();
-  const double variance = options.sigma0 * options.sigma0;
+  const double variance = kernel.sigma0 * kernel.sigma0;
   Mixture mixture;
   mixture.frame = cloud.frame;
-  mixture.sigma0 = options.sigma0;
-  mixture.spacing = options.spacing;
+  mixture.sigma0 = kernel.sigma0;
+  mixture.spacing = kernel.spacing;
   mixture.means = cloud.positions;
   mixture.covariances.assign(n, Sym3::identity(variance));
   mixture.weights = cloud.weights;
@@ -89,15 +90,15 @@ Mixture initial_mixture(const PointCloud& cloud, const HemOptions& options, cons
             if (estimate_normals && !has_normal(i)) mixture.normals[i] = e.vectors.col(0);
             if (local && e.values[2] > 0) {
               // Scaled so that its largest deviation is the spacing: comparable from point to point, whatever k was.
-              const double spacing2 = squared_local_spacing(e.values[2], near.size(), options.spacing);
+              const double spacing2 = squared_local_spacing(e.values[2], near.size(), kernel.spacing);
               mixture.covariances[i] += spacing2 / e.values[2] * covariance;
-              mixture.covariances[i] += Sym3::identity(kernel_share * (spacing2 - options.spacing * options.spacing));
+              mixture.covariances[i] += Sym3::identity(kernel_share * (spacing2 - kernel.spacing * kernel.spacing));
             }
           }
         },
         1024);
   }
-  if (options.balance) balance_weights(cloud, index, options.spacing, mixture.weights, context);
+  if (options.balance) balance_weights(cloud, index, kernel.spacing, mixture.weights, context);
   return mixture;
 }
 

@@ -20,15 +20,6 @@ double log_sum_exp(const std::vector<double>& terms) {
 
 }  // namespace
 
-void LikelihoodOptions::check() const {
-  const auto fail = [](const char* field, const char* range, double value) {
-    throw OptionError(std::string(field) + " must be " + range + ", not " + std::to_string(value));
-  };
-  if (!(outlier_share > 0 && outlier_share < 1)) fail("outlier_share", "in (0, 1)", outlier_share);
-  if (!(outlier_volume > 0) || !std::isfinite(outlier_volume)) fail("outlier_volume", "positive", outlier_volume);
-  if (!(reach > 0) || !std::isfinite(reach)) fail("reach", "positive", reach);
-}
-
 std::vector<double> log_likelihoods(const Mixture& mixture, std::span<const Vec3> points,
                                     const LikelihoodOptions& options, const RunContext& context) {
   options.check();

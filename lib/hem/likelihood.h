@@ -1,6 +1,7 @@
 #pragma once
 
 #include <gpsrecon/core/mixture.h>
+#include <gpsrecon/core/options.h>
 #include <gpsrecon/core/run_context.h>
 #include <span>
 #include <vector>
@@ -8,15 +9,21 @@
 namespace gpsrecon {
 
 struct LikelihoodOptions {
-  /// Share of a uniform distribution that is mixed in, so that outliers do not decide. Range: (0, 1).
   double outlier_share = 0.01;
-  /// Volume of that distribution in cubed units of the positions. Range: > 0.
   double outlier_volume = 1;
-  /// Components whose Mahalanobis distance from a point is larger do not count there. Range: > 0.
   double reach = 6;
 
-  /// Throws OptionError naming the field and the value.
-  void check() const;
+  static OptionTable fields() {
+    return {field<&LikelihoodOptions::outlier_share>(
+                "outlier-share", "(0, 1)",
+                "share of a uniform distribution that is mixed in, so that outliers do not decide"),
+            field<&LikelihoodOptions::outlier_volume>("outlier-volume", "> 0", "volume of that distribution")
+                .in("cubed units of the positions"),
+            field<&LikelihoodOptions::reach>(
+                "reach", "> 0", "components whose Mahalanobis distance from a point is larger do not count there")};
+  }
+  /// Throws OptionError naming option, range and value.
+  void check() const { check_fields(*this); }
 };
 
 /// ln p(x) of every point, p(x) = (1 - ε) Σ_s w_s / w f_s(x) + ε / V with f_s as in core/gaussian.h, w the total

@@ -122,11 +122,6 @@ void estimate_noise(const std::vector<Vec3>& points, const Neighbors& index, con
 
 }  // namespace
 
-void ScaleOptions::check() const {
-  if (!(isolation == 0 || isolation > 1) || !std::isfinite(isolation))
-    throw OptionError("isolation must be 0 or greater than 1, not " + std::to_string(isolation));
-}
-
 Scale estimate_scale(const PointCloud& cloud, const ScaleOptions& options, const RunContext& context) {
   options.check();
   const std::size_t n = cloud.size();

@@ -1,18 +1,22 @@
 #pragma once
 
+#include <gpsrecon/core/options.h>
 #include <gpsrecon/core/point_cloud.h>
 #include <gpsrecon/core/run_context.h>
 
 namespace gpsrecon {
 
 struct ScaleOptions {
-  /// A point whose 8th neighbour is farther than this many times the median such distance is isolated and dropped,
-  /// unless the points around it are as sparse and lie in a sheet.
-  /// Range: > 1; 0 = keep all.
   double isolation = 4;
 
-  /// Throws OptionError naming the field and the value.
-  void check() const;
+  static OptionTable fields() {
+    return {
+        field<&ScaleOptions::isolation>("isolation", "> 1 or 0",
+                                        "drop points whose 8th neighbour is farther than X times the median such "
+                                        "distance, unless those around are as sparse and lie in a sheet; 0 keeps all")};
+  }
+  /// Throws OptionError naming option, range and value.
+  void check() const { check_fields(*this); }
 };
 
 /// What the cloud says about its own resolution. Lengths in the units of the positions.

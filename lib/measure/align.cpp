@@ -180,16 +180,6 @@ Alignment align_shapes(const Shape& shape, const Reference& reference, const Ali
 
 }  // namespace
 
-void AlignOptions::check() const {
-  const auto fail = [](const char* field, const char* range, double value) {
-    throw OptionError(std::string(field) + " must be " + range + ", not " + std::to_string(value));
-  };
-  if (iterations < 1 || iterations > 10000) fail("iterations", "in [1, 10000]", iterations);
-  if (samples < 10 || samples > 10000000) fail("samples", "in [10, 1e7]", static_cast<double>(samples));
-  if (!(trim > 1)) fail("trim", "above 1", trim);
-  if (!(convergence >= 0)) fail("convergence", "at least 0", convergence);
-}
-
 Alignment align(const Mesh& shape, const Mesh& reference, const AlignOptions& options, const RunContext& context) {
   return align_shapes(shape, reference, options, context);
 }

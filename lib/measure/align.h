@@ -1,6 +1,7 @@
 #pragma once
 
 #include <gpsrecon/core/mesh.h>
+#include <gpsrecon/core/options.h>
 #include <gpsrecon/core/point_cloud.h>
 #include <gpsrecon/core/run_context.h>
 
@@ -17,18 +18,26 @@ struct Alignment {
 };
 
 struct AlignOptions {
-  /// Steps, at most. Range: [1, 10000].
   int iterations = 100;
-  /// Places of the moving shape that are matched: samples uniform by area, or points at random. Range: [10, 1e7].
   std::size_t samples = 20000;
-  /// Places farther than this many median distances have no part in a step: what has no counterpart must not pull.
-  /// Range: > 1.
   double trim = 4;
-  /// Ends when a step moves no place farther than this share of the diagonal of the reference. Range: >= 0.
   double convergence = 1e-9;
 
-  /// Throws OptionError naming the field and the value.
-  void check() const;
+  static OptionTable fields() {
+    using O = AlignOptions;
+    return {
+        field<&O::iterations>("align-iterations", "[1, 10000]", "steps, at most"),
+        field<&O::samples>("align-samples", "[10, 1e7]",
+                           "places of the moving shape that are matched: samples uniform by area, or points at random"),
+        field<&O::trim>("align-trim", "> 1",
+                        "places farther than X median distances have no part in a step: what has no counterpart must "
+                        "not pull"),
+        field<&O::convergence>("align-convergence", ">= 0",
+                               "end when a step moves no place farther than this share of the diagonal of the "
+                               "reference")};
+  }
+  /// Throws OptionError naming option, range and value.
+  void check() const { check_fields(*this); }
 };
 
 /// The rigid motion that brings a shape onto a reference from where it is: iterative closest points (Besl and McKay

@@ -185,6 +185,12 @@ DirectionMeasures one_way(const Shape& from, const Shape& to, const Frame& frame
                  context);
 }
 
+/// As shares of the diagonal (scene units).
+Thresholds thresholds_of(const CompareOptions& options, double diagonal) {
+  const LengthScale shares{.diagonal = 1, .scene_to_local = diagonal > 0 ? 1 / diagonal : 0};
+  return {options.fscore.resolve(shares, "fscore"), options.far.resolve(shares, "far")};
+}
+
 /// The parts that all comparisons with a reference have in common; both are in `frame`.
 Comparison against_reference(const Shape& shape, const Shape& reference, const Frame& frame, double diagonal,
                              const CompareOptions& options, const RunContext& context) {
@@ -193,24 +199,13 @@ Comparison against_reference(const Shape& shape, const Shape& reference, const F
   ReferenceMeasures& result = report.reference.emplace();
   result.diagonal = diagonal;
   result.samples = options.samples;
-  result.thresholds = {options.fscore_rel, options.far_rel};
+  result.thresholds = thresholds_of(options, diagonal);
   result.mesh_to_reference = one_way(shape, reference, frame, diagonal, result.thresholds, context);
   result.reference_to_mesh = one_way(reference, shape, frame, diagonal, result.thresholds, context);
   return report;
 }
 
 }  // namespace
-
-void CompareOptions::check() const {
-  if (samples < 1 || samples > 1000000000)
-    throw OptionError("samples must be in [1, 1e9], not " + std::to_string(samples));
-  const auto require_positive = [](const char* field, double value) {
-    if (!(value > 0) || !std::isfinite(value))
-      throw OptionError(std::string(field) + " must be positive, not " + std::to_string(value));
-  };
-  require_positive("fscore_rel", fscore_rel);
-  require_positive("far_rel", far_rel);
-}
 
 double ReferenceMeasures::f_score() const {
   const double precision = mesh_to_reference.within, recall = reference_to_mesh.within;
@@ -277,7 +272,7 @@ Comparison compare(const Mesh& mesh, const PointCloud& cloud, const CompareOptio
   report.mesh = measure_mesh(mesh, context, options.self_intersections);
   // A surface without area has distances to it, and no places to measure from.
   if (!(report.mesh->area > 0)) return report;
-  report.thresholds = Thresholds{options.fscore_rel, options.far_rel};
+  report.thresholds = thresholds_of(options, report.diagonal);
   report.surface_to_points = one_way(Shape(mesh, options.samples, mesh_stream, context), Shape(cloud), cloud.frame,
                                      report.diagonal, *report.thresholds, context);
   return report;

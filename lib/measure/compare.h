@@ -1,6 +1,7 @@
 #pragma once
 
 #include <gpsrecon/core/mesh.h>
+#include <gpsrecon/core/options.h>
 #include <gpsrecon/core/point_cloud.h>
 #include <gpsrecon/core/run_context.h>
 #include <gpsrecon/measure/distance.h>
@@ -69,17 +70,23 @@ struct Comparison {
 };
 
 struct CompareOptions {
-  /// Area-uniform samples on each of two meshes. Range: [1, 1e9].
   std::size_t samples = 400000;
-  /// Count the faces of the mesh that intersect others.
   bool self_intersections = false;
-  /// Distance, as a share of D, up to which a place counts as found: precision, recall and F-score. Range: > 0.
-  double fscore_rel = 0.0025;
-  /// Distance, as a share of D, beyond which surface counts as spurious or missing. Range: > 0.
-  double far_rel = 0.01;
+  Length fscore = Length::of_diagonal(0.0025);
+  Length far = Length::of_diagonal(0.01);
 
-  /// Throws OptionError naming the field and the value.
-  void check() const;
+  static OptionTable fields() {
+    using O = CompareOptions;
+    return {field<&O::samples>("samples", "[1, 1e9]", "points drawn on each mesh, uniform by area"),
+            field<&O::fscore>("fscore", "> 0",
+                              "distance within which a sample counts as found, for precision, recall and F-score; the "
+                              "diagonal is that of REFERENCE"),
+            field<&O::far>("far", "> 0", "distance beyond which surface counts as spurious or missing"),
+            field<&O::self_intersections>("self-intersections", "",
+                                          "count the faces of SHAPE, if it is a mesh, that intersect others")};
+  }
+  /// Throws OptionError naming option, range and value.
+  void check() const { check_fields(*this); }
 };
 
 /// Points on the faces of a mesh, in the units of its positions.

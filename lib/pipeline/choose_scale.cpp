@@ -204,7 +204,7 @@ ReconstructOptions within_error(const Search& search, ErrorReport& report) {
   std::vector<Vec3> held_out;
   for (const Index i : points.held_out) held_out.push_back(cloud.positions[i]);
 
-  const double limit = search.options.max_error_rel;
+  const double limit = search.found.wanted;
   const auto detail_of = [](int half_octaves) { return std::pow(2.0, -0.5 * half_octaves); };
   const double automatic = try_error(search, rest, held_out, 1);
   if (automatic > limit) {
@@ -233,12 +233,13 @@ ReconstructOptions within_error(const Search& search, ErrorReport& report) {
 
 ReconstructOptions choose_scale(const PreparedCloud& cloud, const ReconstructOptions& options,
                                 const RunContext& context, ErrorReport& report) {
-  if (options.budget == 0 && options.max_error_rel == 0) return options;
+  if (options.budget == 0 && !options.max_error) return options;
   ScaleReport& scale = report.scale ? *report.scale : report.scale.emplace();
   const Search search{cloud, options, context, scale.search.emplace()};
   const bool by_budget = options.budget > 0;
   search.found.by = by_budget ? "budget" : "max_error";
-  search.found.wanted = by_budget ? static_cast<double>(options.budget) : options.max_error_rel;
+  search.found.wanted = by_budget ? static_cast<double>(options.budget)
+                                  : options.max_error->resolve(cloud.lengths(), "max-error") / cloud.diagonal;
   ReconstructOptions chosen = by_budget ? within_budget(search) : within_error(search, report);
   for (const ScaleTrial& t : search.found.tried)
     context.log(LogLevel::info, "tried detail " + number(t.detail) + ": " + std::to_string(t.components) +
@@ -262,7 +263,8 @@ void check_scale(const PreparedCloud& cloud, const ReconstructOptions& options, 
   const Scale scale = estimate_scale(rest, options.scale, quiet);
   HemOptions hem = options.hem;
   hem.on_level = nullptr;
-  hem.spacing = scale.spacing;
+  const double unit = all.frame.scale();
+  hem.spacing = Length::scene(scale.spacing * unit);
   LikelihoodOptions likelihood;
   likelihood.outlier_volume = std::pow(cloud.diagonal, 3);
   ScaleReport& described = report.scale ? *report.scale : report.scale.emplace();
@@ -272,14 +274,15 @@ void check_scale(const PreparedCloud& cloud, const ReconstructOptions& options, 
   for (std::size_t i = 0; i < judges.size(); ++i) weight += judges.weight(i);
   constexpr std::array factors{0.5, 1 / std::numbers::sqrt2, 1.0, std::numbers::sqrt2, 2.0};
   for (const double factor : factors) {
-    hem.sigma0 = factor * automatic_sigma0(scale, hem.initial);
+    const double sigma0 = factor * automatic_sigma0(scale, hem.initial) * unit;
+    hem.sigma0 = Length::scene(sigma0);
     const Mixture mixture = build_mixture(rest, hem, quiet);
     const std::vector<double> values = log_likelihoods(mixture, judges.positions, likelihood, quiet);
     double sum = 0;
     for (std::size_t i = 0; i < values.size(); ++i) sum += judges.weight(i) * values[i];
     KernelLikelihood& tried = check.tried.emplace_back();
     tried.factor = factor;
-    tried.sigma0 = hem.sigma0 * all.frame.scale();
+    tried.sigma0 = sigma0;
     tried.components = mixture.size();
     // Densities per cubed diagonal, so that units do not matter.
     tried.mean_log_likelihood = sum / weight + 3 * std::log(cloud.diagonal);

@@ -4,7 +4,7 @@
 
 namespace gpsrecon {
 
-/// The options with what `budget` or `max_error_rel` ask for filled in, `detail` and `fit.max_vertices`; as they are if
+/// The options with what `budget` or `max_error` ask for filled in, `detail` and `fit.max_vertices`; as they are if
 /// neither is given. What was tried goes into the report (`scale.search`), what could not be had into its warnings.
 ///
 /// Budget N: if the automatic mixture and its triangulation have at most N vertices they stay, and the fit is limited

@@ -18,7 +18,8 @@ std::vector<Vec3> estimate(const PointCloud& distinct, PreparedCloud& used, cons
                            const NormalSources& sources, const RunContext& context) {
   PointCloud& cloud = used.clean.cloud;
   NormalOptions normals = options.normals;
-  normals.h = options.h_rel * used.diagonal;
+  const double given_h = options.support_radius.resolve(used.lengths(), "support-radius");
+  normals.h = given_h;
   if (sources.mixture == nullptr || options.method != NormalMethod::csw)
     normals = resolve(normals, cloud.positions, context);
   if (options.method == NormalMethod::pca) return pca_normals(distinct.positions, cloud.positions, normals, context);
@@ -30,7 +31,7 @@ std::vector<Vec3> estimate(const PointCloud& distinct, PreparedCloud& used, cons
   }
   cloud.normals = pca_normals(cloud.positions, cloud.positions, normals, context);
   context.progress("normals", 0.3);
-  normals.h = options.h_rel * used.diagonal;  // an automatic one depends on the place
+  normals.h = given_h;  // an automatic one depends on the place
   if (options.method == NormalMethod::weiszfeld) return weiszfeld_normals(distinct.positions, cloud, normals, context);
   ReconstructOptions reduction = options.mixture;
   reduction.hem.normals = true;
@@ -118,9 +119,8 @@ void PointNormalsOptions::check() const {
   propagation.check();
   scale.check();
   mixture.check();
-  if (!(h_rel >= 0 && h_rel <= 1))
-    throw OptionError("h_rel must be in (0, 1], or 0 for automatic, not " + std::to_string(h_rel));
-  if (sensor && !sensor->allFinite()) throw OptionError("sensor must be finite");
+  check_fields(*this);
+  if (normals.h != 0) throw OptionError("normals.h: support_radius is the one to set");
 }
 
 PointCloud point_normals(const PointCloud& world, const PointNormalsOptions& options, const NormalSources& sources,

@@ -3,7 +3,9 @@
 #include <gpsrecon/clop/normals.h>
 #include <gpsrecon/clop/orientation.h>
 #include <gpsrecon/pipeline/reconstruct.h>
+#include <array>
 #include <optional>
+#include <string_view>
 
 namespace gpsrecon {
 
@@ -16,15 +18,17 @@ enum class NormalOrientation {
   neighbors,  ///< each other: propagation along a minimum spanning tree, then outward
 };
 
+constexpr std::array<std::string_view, 5> option_names(NormalOrientation /*type*/) {
+  return {"auto", "none", "surface", "sensor", "mst"};
+}
+
 struct PointNormalsOptions {
   NormalMethod method = NormalMethod::weiszfeld;
-  /// `h` is not used: see h_rel.
+  /// Its `h` follows from support_radius and is refused.
   NormalOptions normals;
-  /// Support radius h of the median as a share of the diagonal. Range: (0, 1]; 0 = automatic.
-  double h_rel = 0;
+  Length support_radius = {};
   NormalOrientation orientation = NormalOrientation::automatic;
   PropagationOptions propagation;
-  /// Where the sensor stood, in world coordinates; takes precedence over the sensors of the points.
   std::optional<Vec3> sensor;
   ScaleOptions scale;
   /// Of the mixture that `NormalMethod::csw` reduces the points to, less than for a surface: medians of few Gaussians
@@ -36,7 +40,23 @@ struct PointNormalsOptions {
     return options;
   }();
 
-  /// Throws OptionError naming the field and the value.
+  static OptionTable fields() {
+    using O = PointNormalsOptions;
+    return {
+        field<&O::method>("method", "",
+                          "planes through the nearest points, the spherical medians of their normals around each "
+                          "point, or those of a mixture of the points"),
+        field<&O::support_radius>("support-radius", "> 0", "radius within which medians are taken"),
+        field<&O::orientation>("orient", "",
+                               "side of the normals: arbitrary (none), of the nearest face of --surface, of the sensor "
+                               "(--sensor or columns sx sy sz), or from neighbour to neighbour along a minimum "
+                               "spanning tree, then outward (mst); auto takes the first of the last three at hand"),
+        field<&O::sensor>("sensor", "",
+                          "where the sensor stood, in the coordinates of the input; takes precedence over columns sx "
+                          "sy sz")
+            .or_else("unknown")};
+  }
+  /// Throws OptionError naming option, range and value.
   void check() const;
 };
 

@@ -18,16 +18,12 @@ PointCloud places_of(const PointCloud& points) {
 }  // namespace
 
 void ProjectionOptions::check() const {
-  const auto fail = [](const char* field, double value) {
-    throw OptionError(std::string(field) + " must be positive, or 0 for automatic, not " + std::to_string(value));
-  };
-  if (!(h_rel >= 0) || !std::isfinite(h_rel)) fail("h_rel", h_rel);
-  if (!(sigma0_rel >= 0) || !std::isfinite(sigma0_rel)) fail("sigma0_rel", sigma0_rel);
+  check_fields(*this);
   particles.check();
   hem.check();
-  ProjectOptions with_radius = project;
-  with_radius.support_radius = 1;
-  with_radius.check();
+  project.check();
+  if (project.support_radius != 0) throw OptionError("project.support_radius: support_radius is the one to set");
+  if (!project.balance) throw OptionError("project.balance: the method says whether points are balanced");
 }
 
 double projection_sigma0(const Scale& scale, InitialCovariance initial) {
@@ -38,16 +34,20 @@ PointCloud project_points(const PointCloud& points, const Scale& scale, double d
                           const ProjectionOptions& options, const RunContext& context) {
   options.check();
   const PointCloud places = places_of(points);
+  const double unit = points.frame.scale();
+  const LengthScale lengths{.diagonal = diagonal, .spacing = scale.spacing, .scene_to_local = 1 / unit};
   ProjectOptions project = options.project;
   project.support_radius =
-      options.h_rel > 0 ? options.h_rel * diagonal : automatic_support_radius(scale.spacing, scale.noise);
+      options.support_radius.resolve(lengths, "support-radius", automatic_support_radius(scale.spacing, scale.noise));
   project.balance = options.method == ProjectionMethod::wlop;
   PointCloud particles = choose_particles(places, options.particles, context);
   std::string onto = std::to_string(points.size()) + " points";
   if (options.method == ProjectionMethod::clop) {
     HemOptions hem = options.hem;
-    hem.sigma0 = options.sigma0_rel > 0 ? options.sigma0_rel * diagonal : projection_sigma0(scale, hem.initial);
-    hem.spacing = scale.spacing;
+    const double spacing = hem.spacing.resolve(lengths, "spacing", scale.spacing);
+    const double sigma0 = hem.sigma0.resolve(lengths, "sigma0", projection_sigma0(scale, hem.initial));
+    hem.spacing = Length::scene(spacing * unit);
+    hem.sigma0 = Length::scene(sigma0 * unit);
     const Mixture mixture = build_mixture(places, hem, context);
     onto = std::to_string(mixture.size()) + " Gaussians of " + onto;
     particles = gpsrecon::project(particles, mixture, project, context);

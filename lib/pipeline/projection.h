@@ -4,6 +4,8 @@
 #include <gpsrecon/clop/project.h>
 #include <gpsrecon/hem/hem.h>
 #include <gpsrecon/hem/scale.h>
+#include <array>
+#include <string_view>
 
 namespace gpsrecon {
 
@@ -14,20 +16,30 @@ enum class ProjectionMethod {
   lop,   ///< the points
 };
 
+constexpr std::array<std::string_view, 3> option_names(ProjectionMethod /*type*/) {
+  return {"clop", "wlop", "lop"};
+}
+
 /// A projection of a cloud, from its points to particles.
 struct ProjectionOptions {
   ProjectionMethod method = ProjectionMethod::clop;
-  /// Support radius h as a share of the diagonal. Range: > 0; 0 = automatic, from spacing and noise.
-  double h_rel = 0;
+  Length support_radius = {};
   ParticleOptions particles;
-  /// `support_radius` and `balance` are not used: see h_rel, method and hem.
+  /// Its `support_radius` and `balance` follow from those above and are refused.
   ProjectOptions project;
-  /// Kernel width of the mixture as a share of the diagonal. Range: > 0; 0 = automatic, projection_sigma0().
-  double sigma0_rel = 0;
-  /// Of the mixture. `sigma0` and `spacing` are not used.
-  HemOptions hem{.initial = InitialCovariance::local, .balance = true};
+  /// Of the mixture; its automatic kernel width is projection_sigma0() here.
+  HemOptions hem{.flat_levels = 0, .balance = true};
 
-  /// Throws OptionError naming the field and the value.
+  static OptionTable fields() {
+    using O = ProjectionOptions;
+    return {
+        field<&O::method>("method", "",
+                          "what draws the particles: a mixture of the points, the points weighted by the inverse of "
+                          "their density, or the points"),
+        field<&O::support_radius>("support-radius", "> 0",
+                                  "support radius of the kernels; auto = from spacing and noise")};
+  }
+  /// Throws OptionError naming option, range and value.
   void check() const;
 };
 
@@ -36,9 +48,9 @@ struct ProjectionOptions {
 /// attraction.
 double projection_sigma0(const Scale& scale, InitialCovariance initial);
 
-/// Particles of a cloud of this scale and bounding-box diagonal (clop/particles.h), projected to its local medians
-/// (clop/project.h). In the frame of the cloud, with colours, scalars and sensors of the points nearest to where they
-/// end, without normals. Throws OptionError, NoSurfaceError, Cancelled.
+/// Particles of a cloud of this scale and bounding-box diagonal, lengths in its units (clop/particles.h), projected to
+/// its local medians (clop/project.h). In the frame of the cloud, with colours, scalars and sensors of the points
+/// nearest to where they end, without normals. Throws OptionError, NoSurfaceError, Cancelled.
 PointCloud project_points(const PointCloud& points, const Scale& scale, double diagonal,
                           const ProjectionOptions& options = {}, const RunContext& context = {});
 

@@ -32,9 +32,9 @@ void refuse_degenerate(const PointCloud& cloud) {
 double kernel_width(const PreparedCloud& cloud, const ReconstructOptions& options, const RunContext& context,
                     ErrorReport& report, std::string& choice) {
   const Scale& scale = cloud.scale;
-  if (options.sigma0_rel > 0) {
-    choice = "given, relative to the diagonal";
-    return options.sigma0_rel * cloud.diagonal;
+  if (!options.hem.sigma0.is_automatic()) {
+    choice = "given, " + options.hem.sigma0.text();
+    return options.hem.sigma0.resolve(cloud.lengths(), "sigma0");
   }
   const bool local = options.hem.initial == InitialCovariance::local;
   const double automatic = automatic_sigma0(scale, options.hem.initial);
@@ -75,18 +75,6 @@ void describe_covmesh(const CovMesh& mesh, ErrorReport& report, const std::vecto
   for (BoundaryLoop& loop : described.boundary_loops)
     for (const BoundaryLoop& earlier : before)
       if (earlier.vertex == loop.vertex) loop.reason = earlier.reason;
-}
-
-/// Refined edges may be up to half longer than the spacing: one level more would quadruple the mesh, and the memory and
-/// time for its report, for an accuracy that no longer changes by more than a few per cent.
-double edge_target(const CovMesh& mesh) {
-  return 1.5 * mesh.vertices.spacing;
-}
-
-/// A Catmull-Clark surface shows its quadrilaterals from the first level on.
-int automatic_level(const CovMesh& mesh) {
-  const int lowest = mesh.rules.scheme == Scheme::catmull_clark ? 1 : 0;
-  return std::max(level_for_edge_length(mesh, edge_target(mesh)), lowest);
 }
 
 /// Subdivision, and what is known of the result without points (null if there are none).
@@ -130,8 +118,8 @@ std::vector<Vec3> outward_directions(const PointCloud& cloud, const std::optiona
 /// What cannot be done without points must not be passed over in silence.
 void refuse_scale_options(const ReconstructOptions& options) {
   if (options.budget > 0) throw OptionError("budget needs points");
-  if (options.max_error_rel > 0) throw OptionError("max_error_rel needs points");
-  if (options.check_scale) throw OptionError("check_scale needs points");
+  if (options.max_error) throw OptionError("max-error needs points");
+  if (options.check_scale) throw OptionError("check-scale needs points");
 }
 
 double covmesh_diagonal(const CovMesh& mesh) {
@@ -147,31 +135,24 @@ void ReconstructOptions::check() const {
   fit.check();
   subdivide.check();
   if (projection) projection->check();
-  const auto fail = [](const char* field, const char* range, double value) {
-    throw OptionError(std::string(field) + " must be " + range + ", not " + std::to_string(value));
+  check_fields(*this);
+  const auto contradict = [](const char* one, const char* other) {
+    throw OptionError(std::string(one) + " and " + other + " contradict each other");
   };
-  if (!(detail > 0 && detail <= 100)) fail("detail", "in (0, 100]", detail);
-  if (!(sigma0_rel >= 0) || !std::isfinite(sigma0_rel)) fail("sigma0_rel", "positive, or 0 for automatic", sigma0_rel);
-  if (!(max_error_rel >= 0) || !std::isfinite(max_error_rel))
-    fail("max_error_rel", "positive, or 0 for the automatic kernel width", max_error_rel);
-  if (budget > 0 && budget < 4) fail("budget", "at least 4, or 0 for no limit", static_cast<double>(budget));
-  if (projection && max_error_rel > 0)
-    throw OptionError("projection and max_error_rel contradict each other: projected points share their errors");
-  if (budget > 0 && max_error_rel > 0) throw OptionError("budget and max_error_rel contradict each other");
-  if (const char* chooses = budget > 0 ? "budget" : max_error_rel > 0 ? "max_error_rel" : nullptr) {
-    const auto contradicts = [&](const char* field) {
-      throw OptionError(std::string(chooses) + " and " + field + " contradict each other");
-    };
-    if (detail != 1) contradicts("detail");
-    if (sigma0_rel > 0) contradicts("sigma0_rel");
-    if (hem.target_components > 0) contradicts("target_components");
-    if (fit.max_vertices > 0) contradicts("max_vertices");
+  if (!hem.sigma0.is_automatic() && detail != 1) contradict("sigma0", "detail");
+  if (projection && max_error)
+    throw OptionError("project and max-error contradict each other: projected points share their errors");
+  if (budget > 0 && max_error) contradict("budget", "max-error");
+  if (const char* chooses = budget > 0 ? "budget" : max_error ? "max-error" : nullptr) {
+    if (detail != 1) contradict(chooses, "detail");
+    if (!hem.sigma0.is_automatic()) contradict(chooses, "sigma0");
+    if (hem.target_components > 0) contradict(chooses, "target");
+    if (fit.max_vertices > 0) contradict(chooses, "max-vertices");
   }
-  if (levels < -1 || levels > 8) fail("levels", "in [0, 8], or -1 for automatic", levels);
-  if (!(tolerance_rel >= 0) || !std::isfinite(tolerance_rel))
-    fail("tolerance_rel", "positive, or 0 for levels", tolerance_rel);
-  if (tolerance_rel > 0 && levels >= 0) throw OptionError("tolerance_rel and levels contradict each other");
-  if (sensor && !sensor->allFinite()) throw OptionError("sensor must be finite");
+}
+
+LengthScale PreparedCloud::lengths() const {
+  return {.diagonal = diagonal, .spacing = scale.spacing, .scene_to_local = 1 / clean.cloud.frame.scale()};
 }
 
 PreparedCloud prepare(const PointCloud& world, const ScaleOptions& options, const RunContext& context) {
@@ -209,14 +190,15 @@ Mixture mixture_stage(const PreparedCloud& cloud, const ReconstructOptions& opti
   const double unit = cloud.clean.cloud.frame.scale();
   ScaleReport& scale = report.scale ? *report.scale : report.scale.emplace();
   HemOptions hem = options.hem;
-  hem.sigma0 = kernel_width(cloud, options, context, report, scale.choice);
+  const double spacing = options.hem.spacing.resolve(cloud.lengths(), "spacing", cloud.scale.spacing);
+  const double sigma0 = kernel_width(cloud, options, context, report, scale.choice);
+  hem.spacing = Length::scene(spacing * unit);
+  hem.sigma0 = Length::scene(sigma0 * unit);
   if (options.budget > 0) scale.choice += ", for at most " + std::to_string(options.budget) + " vertices";
-  if (options.max_error_rel > 0)
-    scale.choice += ", the widest with an error within " + std::to_string(options.max_error_rel) + " of the diagonal";
-  hem.spacing = cloud.scale.spacing;
+  if (options.max_error) scale.choice += ", the widest with an error within " + options.max_error->text();
   scale.spacing = cloud.scale.spacing * unit;
   scale.noise = cloud.scale.noise * unit;
-  scale.sigma0 = hem.sigma0 * unit;
+  scale.sigma0 = sigma0 * unit;
 
   MixtureReport& described = report.mixture.emplace();
   hem.on_level = [&](int level, const Mixture& mixture) {
@@ -236,9 +218,7 @@ Mixture mixture_stage(const PreparedCloud& cloud, const ReconstructOptions& opti
 
 CovMesh triangulate_stage(const Mixture& mixture, const ReconstructOptions& options, const RunContext& context,
                           ErrorReport& report) {
-  TriangulateOptions local = options.triangulate;
-  if (options.sensor) local.sensor = mixture.frame.to_local(*options.sensor);
-  Triangulation result = triangulate(mixture, local, context);
+  Triangulation result = triangulate(mixture, options.triangulate, context);
   result.mesh.vertices = as_stored(result.mesh.vertices);
   CovMeshReport& described = report.covmesh.emplace();
   described.light_components = result.light_components;
@@ -270,7 +250,8 @@ CovMesh fit_stage(CovMesh mesh, const PreparedCloud& cloud, const ReconstructOpt
   std::optional<PointCloud> moved;
   if (!(cloud.clean.cloud.frame == mesh.vertices.frame)) moved = in_frame(cloud.clean.cloud, mesh.vertices.frame);
   const PointCloud& points = moved ? *moved : cloud.clean.cloud;
-  if (const std::vector<Vec3> directions = outward_directions(points, options.sensor); !directions.empty()) {
+  if (const std::vector<Vec3> directions = outward_directions(points, options.triangulate.sensor);
+      !directions.empty()) {
     const std::size_t turned = orient_by_vote(mesh.vertices, mesh.faces, points, directions, context);
     if (report.covmesh) report.covmesh->flipped_components += turned;
   }
@@ -304,17 +285,18 @@ Mesh subdivide_stage(const CovMesh& mesh, const ReconstructOptions& options, con
                      ErrorReport& report) {
   if (report.diagonal == 0) report.diagonal = covmesh_diagonal(mesh);
   SubdivideOptions subdivision = options.subdivide;
-  const bool adaptive = options.tolerance_rel > 0;
-  if (adaptive)
-    subdivision.tolerance = options.tolerance_rel * report.diagonal / mesh.vertices.frame.scale();
-  else
-    subdivision.levels = options.levels >= 0 ? options.levels : automatic_level(mesh);
+  const bool adaptive = subdivision.tolerance.has_value();
+  if (adaptive)  // a share is of the diagonal of the points, if there are any
+    subdivision.tolerance = Length::scene(subdivision.tolerance->resolve(
+        {.diagonal = report.diagonal, .spacing = mesh.vertices.spacing * mesh.vertices.frame.scale()}, "tolerance"));
+  else if (!subdivision.levels)
+    subdivision.levels = automatic_level(mesh);
   Mesh refined = subdivide(mesh, subdivision, context);
   report.mesh = MeshReport{measure_mesh(refined, context, options.self_intersections)};
   if (!adaptive) report.mesh->level = subdivision.levels;
   context.log(LogLevel::info,
               "subdivide: " + std::to_string(refined.faces.size()) + " faces " +
-                  (adaptive ? "within the tolerance" : "at level " + std::to_string(subdivision.levels)));
+                  (adaptive ? "within the tolerance" : "at level " + std::to_string(*subdivision.levels)));
   return refined;
 }
 

@@ -15,39 +15,41 @@ namespace gpsrecon {
 /// Options of the whole flow: those of the stages, and what only makes sense across them.
 struct ReconstructOptions {
   ScaleOptions scale;
-  HemOptions hem{.flat_levels = 4, .initial = InitialCovariance::local};
+  HemOptions hem;
   TriangulateOptions triangulate;
   FitOptions fit;
   SubdivideOptions subdivide;
   /// Makes the mixture of projected particles (projection.h) instead of the points, with the kernel width of the
-  /// points. Surface and report still refer to the points. Excludes `max_error_rel`. None: of the points.
+  /// points. Surface and report still refer to the points. Excludes `max_error`. None: of the points.
   std::optional<ProjectionOptions> projection;
-  /// Divides the automatic kernel width: above 1 more detail, below 1 smoother. Clamped where the sheet would fall
-  /// apart, with a warning. Range: (0, 100].
   double detail = 1;
-  /// Kernel width as a share of the diagonal, instead of the automatic one. Range: > 0; 0 = automatic.
-  double sigma0_rel = 0;
-  /// Vertices of the covariance mesh, at most: the kernel is as much wider than the automatic one as it takes, and the
-  /// fit stops refining there (choose_scale.h). Range: >= 4; 0 = no limit.
   std::size_t budget = 0;
-  /// Widen the kernel as far as the error of the surface, as measured on points that are held out (choose_scale.h),
-  /// stays within this share of the diagonal. Range: > 0; 0 = automatic width.
-  double max_error_rel = 0;
-  /// Compare kernel widths by the likelihood of points that are held out (choose_scale.h), for the report only.
+  std::optional<Length> max_error;
   bool check_scale = false;
-  /// Refinement level of the mesh. Range: [0, 8]; -1 = the smallest level up to 3 whose edges are at most 1.5 times the
-  /// sample spacing.
-  int levels = -1;
-  /// Instead of a level everywhere, split faces until the mesh is nowhere farther from the limit surface than this
-  /// share of the diagonal (without points: of the bounding box of the control means). Excludes `levels`. Range: > 0; 0
-  /// = off.
-  double tolerance_rel = 0;
-  /// Count the faces of covariance mesh and mesh that intersect others.
   bool self_intersections = false;
-  /// Where the sensor stood, in world coordinates; takes precedence over the sensors and normals of the points.
-  std::optional<Vec3> sensor;
 
-  /// Throws OptionError naming the field and the value, or two that contradict each other.
+  static OptionTable fields() {
+    using O = ReconstructOptions;
+    return {
+        field<&O::detail>(
+            "detail", "(0, 100]",
+            "divide the automatic kernel width by X: above 1 more detail, below 1 smoother; clamped, with a "
+            "warning, where the surface would fall apart"),
+        field<&O::budget>("budget", ">= 4 or 0",
+                          "vertices of the covariance mesh, at most, and about as many if it needs them: the kernel is "
+                          "widened as far as it takes, and the fit adds vertices where the points show detail; 0 = no "
+                          "limit"),
+        field<&O::max_error>(
+            "max-error", "> 0",
+            "widen the kernel as far as the error of the surface, measured on points that are held out, "
+            "stays within LENGTH; with a warning the automatic one stays if even that has a larger error"),
+        field<&O::check_scale>(
+            "check-scale", "",
+            "compare kernel widths by the likelihood of points that are held out, for the report only"),
+        field<&O::self_intersections>("self-intersections", "",
+                                      "count the faces of covariance mesh and mesh that intersect others")};
+  }
+  /// Throws OptionError naming option, range and value, or two that contradict each other.
   void check() const;
 };
 
@@ -57,6 +59,9 @@ struct PreparedCloud {
   Scale scale;       ///< in local units; `isolated` refers to the points before they were dropped
   std::size_t isolated = 0;
   double diagonal = 0;  ///< bounding-box diagonal of the remaining points, local units
+
+  /// What options that are lengths refer to.
+  LengthScale lengths() const;
 };
 
 /// Cleans the cloud (core/clean.h), estimates its scale (hem/scale.h) and drops isolated points.
@@ -90,7 +95,7 @@ Reconstruction reconstruct(const PointCloud& world, const ReconstructOptions& op
                            const RunContext& context = {});
 
 /// The flow from a mixture or a covariance mesh on; without points there is no fit and no distance in the report, and
-/// `budget`, `max_error_rel` and `check_scale` are refused.
+/// `budget`, `max_error` and `check_scale` are refused.
 Reconstruction reconstruct(const Mixture& mixture, const ReconstructOptions& options = {},
                            const RunContext& context = {});
 Reconstruction reconstruct(const CovMesh& mesh, const ReconstructOptions& options = {}, const RunContext& context = {});

@@ -38,9 +38,9 @@ std::string place(const Vec3& p) {
   return "(" + number(p.x(), 7) + ", " + number(p.y(), 7) + ", " + number(p.z(), 7) + ")";
 }
 
-/// As a share of the diagonal, where there is one, and in scene units.
+/// In scene units and, where there is one, as a share of the diagonal.
 std::string length(double value, double diagonal) {
-  return diagonal > 0 ? percent(value / diagonal, 4) : number(value);
+  return number(value) + (diagonal > 0 ? " <span class=\"note\">(" + percent(value / diagonal, 4) + ")</span>" : "");
 }
 
 std::string hex(const Color& c) {
@@ -104,15 +104,11 @@ std::string distance_table(const ErrorReport& r) {
       "<table id=\"distances\">" + row({"", "RMS", "mean", "median", "95 %", "99 %", "max", "at", "samples"}, "th");
   for (const Series& s : series_of(r)) {
     const Statistics& d = s.report->distance;
-    const auto at = [&](double value) {
-      return length(value, r.diagonal) +
-             (r.diagonal > 0 ? "<br><span class=\"note\">" + number(value) + "</span>" : "");
-    };
+    const auto at = [&](double value) { return length(value, r.diagonal); };
     html += row({s.name + "<br><span class=\"note\">" + s.meaning + "</span>", at(d.rms), at(d.mean), at(d.median),
                  at(d.p95), at(d.p99), at(d.max), place(s.report->max_at), count(d.count)});
   }
-  html += "</table>\n<p class=\"note\">Percentages are of the diagonal D = " + number(r.diagonal, 7) +
-          "; below them the same in units of the coordinates.</p>\n";
+  html += "</table>\n<p class=\"note\">Percentages are of the diagonal D = " + number(r.diagonal, 7) + ".</p>\n";
   return html;
 }
 
@@ -452,10 +448,6 @@ std::string replaced(std::string_view page, const std::vector<std::pair<std::str
 }
 
 }  // namespace
-
-void HtmlOptions::check() const {
-  if (max_faces < 100) throw OptionError("max_faces must be at least 100, not " + std::to_string(max_faces));
-}
 
 std::string html_escaped(const std::string& text) {
   std::string safe;

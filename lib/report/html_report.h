@@ -1,6 +1,7 @@
 #pragma once
 
 #include <gpsrecon/core/mesh.h>
+#include <gpsrecon/core/options.h>
 #include <gpsrecon/report/heatmap.h>
 #include <gpsrecon/report/report.h>
 #include <string>
@@ -8,13 +9,18 @@
 namespace gpsrecon {
 
 struct HtmlOptions {
-  std::string title;  ///< of the page; plain text
-  /// Faces (as triangles) the 3-D view shows, at most: larger meshes are thinned by merging vertices within the cells
-  /// of a grid, and the page says so. Range: >= 100.
+  std::string title = {};  ///< of the page; plain text
   std::size_t max_faces = 700000;
 
-  /// Throws OptionError naming the field and the value.
-  void check() const;
+  static OptionTable fields() {
+    return {
+        field<&HtmlOptions::max_faces>("html-faces", ">= 100",
+                                       "faces (as triangles) the 3-D view shows, at most: larger meshes are thinned "
+                                       "by merging vertices within the cells of a grid, and the page says so")
+            .only_in_library()};
+  }
+  /// Throws OptionError naming option, range and value.
+  void check() const { check_fields(*this); }
 };
 
 /// The report as one HTML page that needs nothing else and opens from disk: its numbers, the distribution of the

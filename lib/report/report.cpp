@@ -269,9 +269,9 @@ std::string count_of(std::size_t n, const std::string& noun) {
   return std::to_string(n) + " " + noun + (n == 1 ? "" : "s");
 }
 
-/// As percentage of the diagonal where there is one.
+/// In scene units and, where there is a diagonal, as percentage of it.
 std::string length_text(double length, double diagonal) {
-  return diagonal > 0 ? number(100 * length / diagonal) + " %" : number(length);
+  return number(length) + (diagonal > 0 ? " (" + number(100 * length / diagonal) + " %)" : "");
 }
 
 std::string topology_text(const Topology& t) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <gpsrecon/core/options.h>
 #include <gpsrecon/core/resource_usage.h>
 #include <gpsrecon/measure/align.h>
 #include <gpsrecon/measure/compare.h>
@@ -11,9 +12,10 @@
 #include <variant>
 #include <vector>
 
-// What a run has to say about itself, as plain data. Lengths are in scene units (those of the input file), positions in
-// world coordinates; a length over the diagonal D of the report is called relative. Optional parts are absent where
-// they do not apply: a comparison of two meshes has no mixture, a reconstruction without truth no reference.
+// What a run has to say about itself, as plain data. Lengths are in scene units (those of the input file),
+// positions in world coordinates; a length over the diagonal D of the report is called relative. Optional parts are
+// absent where they do not apply: a comparison of two meshes has no mixture, a reconstruction without truth no
+// reference.
 
 namespace gpsrecon {
 
@@ -133,8 +135,6 @@ struct RunReport {
   std::uint64_t peak_memory_bytes = 0;
 };
 
-using OptionValue = std::variant<bool, std::int64_t, double, std::string>;
-
 struct ErrorReport {
   std::string version;  ///< of the program
   std::string command;  ///< "reconstruct", "compare", ...
@@ -159,9 +159,9 @@ struct ErrorReport {
   RunReport run;
 };
 
-/// The report as JSON, schema gpsrecon.report/1 (docs/reference/report.schema.json): every key always present, in fixed
-/// order, null where a part does not apply; numbers read back to the same bits. Throws InvariantError, naming the key,
-/// if a number is not finite.
+/// The report as JSON, schema gpsrecon.report/1 (docs/reference/report.schema.json): every key always present, in
+/// fixed order, null where a part does not apply; numbers read back to the same bits. Throws InvariantError, naming
+/// the key, if a number is not finite.
 std::string to_json(const ErrorReport& report);
 
 /// The report of a comparison: what was measured, and the counts of what it was measured from.

@@ -50,14 +50,6 @@ struct Hit {
   std::uint64_t ray;  ///< number of the ray within the view
 };
 
-template <class T>
-void require(bool condition, const char* field, const T& value, const char* range) {
-  if (condition) return;
-  std::ostringstream message;
-  message << field << " = " << value << " is out of range " << range;
-  throw OptionError(message.str());
-}
-
 /// Standard normal, by Box and Muller's transform: unlike std::normal_distribution the same with every library.
 double random_normal(std::uint64_t seed, Stream stream, std::uint64_t counter) {
   const double u = 1 - random_uniform(seed, stream, 2 * counter);  // in (0, 1]
@@ -75,9 +67,14 @@ std::uint64_t ray_counter(const Hit& hit) {
   return (std::uint64_t{hit.view} << 40) + hit.ray;
 }
 
+/// As a share of the diagonal of the surface.
+double share_of(const Length& length, const ScanTarget& target) {
+  return length.resolve({.diagonal = 1, .scene_to_local = 1 / target.diagonal()}, "scan");
+}
+
 /// Cameras on a Fibonacci lattice of the sphere.
 std::vector<View> place_views(const ScanTarget& target, const ScanOptions& options, std::uint64_t seed) {
-  const double shift_deviation = options.registration_shift_rel * target.diagonal();
+  const double shift_deviation = share_of(options.registration_shift, target) * target.diagonal();
   const double golden_angle = std::numbers::pi * (3 - std::sqrt(5.0));
   std::vector<View> views(static_cast<std::size_t>(options.views));
   for (std::size_t v = 0; v < views.size(); ++v) {
@@ -92,7 +89,7 @@ std::vector<View> place_views(const ScanTarget& target, const ScanOptions& optio
     view.up = view.right.cross(view.forward);
     view.offset = {random_uniform(seed, image_offset, 2 * v), random_uniform(seed, image_offset, 2 * v + 1)};
     view.shift_error = shift_deviation * random_normal_vector(seed, shift, v);
-    const Vec3 turn = options.registration_angle * random_normal_vector(seed, rotation, v);
+    const Vec3 turn = radians(options.registration_angle) * random_normal_vector(seed, rotation, v);
     view.rotation_error =
         turn.isZero(0) ? Mat3(Mat3::Identity()) : Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix();
     for (int k = 0; k < 2; ++k) {
@@ -120,7 +117,7 @@ Vec2 image_point(const View& view, std::uint64_t ray) {
 std::vector<Hit> trace_views(const ScanTarget& target, const std::vector<View>& views, const ScanOptions& options,
                              const RunContext& context) {
   const double half_width = 1 / std::sqrt(options.distance * options.distance - 1);  // tangent of the cone's half angle
-  const double min_cosine = std::cos(options.max_incidence);
+  const double min_cosine = std::cos(radians(options.max_incidence));
   // Rays are traced in rounds until there are enough hits. The size of a round is no part of the result.
   const std::uint64_t round = std::max<std::size_t>(64, options.points / views.size() / 2);
   std::vector<Hit> hits;
@@ -168,66 +165,53 @@ std::size_t share_of(std::size_t n, double share) {
   return static_cast<std::size_t>(std::llround(share * static_cast<double>(n)));
 }
 
-/// What is wrong with the measured distance of a ray, apart from outliers and spikes, in diagonals.
-double range_error(const Hit& hit, const View& view, const ScanOptions& options, std::uint64_t seed) {
+/// What is wrong with the measured distance of a ray, apart from outliers and spikes, in the unit of noise and bias.
+double range_error(const Hit& hit, const View& view, double noise, double bias, const ScanOptions& options,
+                   std::uint64_t seed) {
   const double cosine = std::max(0.1, -hit.direction.dot(hit.normal));
-  return options.noise_rel * std::pow(cosine, -options.noise_growth) *
-             random_normal(seed, range_noise, ray_counter(hit)) +
-         options.bias_rel * view.bias(hit.image);
+  return noise * std::pow(cosine, -options.noise_growth) * random_normal(seed, range_noise, ray_counter(hit)) +
+         bias * view.bias(hit.image);
 }
 
 }  // namespace
 
 void ScanOptions::check() const {
-  require(points >= 1 && points < no_index, "points", points, "[1, 2^32 - 2]");
-  require(views >= 1 && views <= 10'000, "views", views, "[1, 10000]");
-  require(distance > 1 && distance <= 1000, "distance", distance, "(1, 1000]");
-  require(max_incidence > 0 && max_incidence <= std::numbers::pi / 2, "max_incidence", max_incidence, "(0, pi/2]");
-  require(noise_rel >= 0 && std::isfinite(noise_rel), "noise_rel", noise_rel, "[0, inf)");
-  require(noise_growth >= 0 && noise_growth <= 4, "noise_growth", noise_growth, "[0, 4]");
-  require(bias_rel >= 0 && std::isfinite(bias_rel), "bias_rel", bias_rel, "[0, inf)");
-  require(registration_shift_rel >= 0 && std::isfinite(registration_shift_rel), "registration_shift_rel",
-          registration_shift_rel, "[0, inf)");
-  require(registration_angle >= 0 && registration_angle <= std::numbers::pi, "registration_angle", registration_angle,
-          "[0, pi]");
-  require(outlier_share >= 0 && outlier_share <= 1, "outlier_share", outlier_share, "[0, 1]");
-  require(spike_share >= 0 && spike_share <= 1, "spike_share", spike_share, "[0, 1]");
-  require(outlier_share + spike_share <= 1, "outlier_share + spike_share", outlier_share + spike_share, "[0, 1]");
-  require(spike_rel >= 0 && std::isfinite(spike_rel), "spike_rel", spike_rel, "[0, inf)");
+  check_fields(*this);
+  if (outlier_share + spike_share > 1)
+    throw OptionError("outliers and spikes must be at most 1 together, not " + to_text(outlier_share + spike_share));
 }
 
 ScanOptions scan_quality(ScanQuality quality) {
-  constexpr double degree = std::numbers::pi / 180;
   ScanOptions options;
   options.distance = 3;
-  options.max_incidence = 81 * degree;
+  options.max_incidence = 81;
   options.noise_growth = 0.5;
-  const auto set_registration = [&options](double shift_rel, double angle) {
-    options.registration_shift_rel = shift_rel / std::numbers::sqrt3;
+  const auto set_registration = [&options](double shift, double angle) {
+    options.registration_shift = Length::of_diagonal(shift / std::numbers::sqrt3);
     options.registration_angle = angle / std::numbers::sqrt3;
   };
   switch (quality) {
     case ScanQuality::s1:
       options.points = 300'000;
       options.views = 24;
-      options.noise_rel = 0.0002;
+      options.noise = Length::of_diagonal(0.0002);
       break;
     case ScanQuality::s2:
       options.points = 150'000;
       options.views = 16;
-      options.noise_rel = 0.001;
-      set_registration(0.0004, 0.03 * degree);
+      options.noise = Length::of_diagonal(0.001);
+      set_registration(0.0004, 0.03);
       options.outlier_share = 0.001;
       break;
     case ScanQuality::s3:
       options.points = 75'000;
       options.views = 12;
-      options.noise_rel = 0.0025;
-      options.bias_rel = 0.001;
-      set_registration(0.0012, 0.1 * degree);
+      options.noise = Length::of_diagonal(0.0025);
+      options.bias = Length::of_diagonal(0.001);
+      set_registration(0.0012, 0.1);
       options.outlier_share = 0.01;
       options.spike_share = 0.005;
-      options.max_incidence = 72 * degree;
+      options.max_incidence = 72;
       break;
   }
   return options;
@@ -260,12 +244,14 @@ VirtualScan virtual_scan(const ScanTarget& target, const ScanOptions& options, c
   result.surface.resize(n);
   result.view.resize(n);
   const double diagonal = target.diagonal(), radius = target.bounding_radius();
+  const double noise = share_of(options.noise, target), bias = share_of(options.bias, target);
+  const double largest_spike = share_of(options.spike_length, target);
   parallel_for(n, context, [&](std::size_t i) {
     const Hit& hit = hits[i];
     const View& view = views[hit.view];
     const auto symmetric = [&](Stream stream) { return 2 * random_uniform(seed, stream, ray_counter(hit)) - 1; };
-    double error = range_error(hit, view, options, seed);
-    if (kind[i] == spike) error += options.spike_rel * symmetric(spike_length);
+    double error = range_error(hit, view, noise, bias, options, seed);
+    if (kind[i] == spike) error += largest_spike * symmetric(spike_length);
     const Vec3 place = kind[i] == outlier
                            ? Vec3(view.sensor + (options.distance + symmetric(outlier_place)) * radius * hit.direction)
                            : Vec3(hit.point + error * diagonal * hit.direction);

@@ -1,53 +1,75 @@
 #pragma once
 
+#include <gpsrecon/core/options.h>
 #include <gpsrecon/core/point_cloud.h>
 #include <gpsrecon/core/run_context.h>
 #include <gpsrecon/scan/scan_target.h>
+#include <array>
 #include <cstdint>
-#include <numbers>
+#include <string_view>
 #include <vector>
 
 namespace gpsrecon {
 
 /// How a surface is scanned: by cameras placed evenly around it that look at its centre, each measuring the distance
-/// along the rays of a cone around it. D is the diagonal of the surface's bounding box.
+/// along the rays of a cone around it. Lengths may be given as shares of the diagonal of the surface's bounding box and
+/// in scene units.
 struct ScanOptions {
-  /// Number of points, outliers included. Range: [1, 2^32 - 2].
   std::size_t points = 100'000;
-  /// Number of cameras. Range: [1, 10000].
   int views = 24;
-  /// Distance of the cameras from the centre, as a multiple of the bounding radius. Range: (1, 1000].
   double distance = 4;
-  /// Largest angle between ray and surface normal that still gives a point, in radians. Range: (0, π/2].
-  double max_incidence = 75 * std::numbers::pi / 180;
-  /// Whether the back of the surface is measured too, as that of a thin sheet.
+  double max_incidence = 75;
   bool both_sides = false;
-  /// Standard deviation of the measured distance where the ray meets the surface at a right angle, in D. Range: >= 0.
-  double noise_rel = 0;
-  /// Power of 1 / cos(incidence) by which the noise grows towards grazing rays (down to a cosine of 0.1).
-  /// Range: [0, 4].
+  Length noise = Length::of_diagonal(0);
   double noise_growth = 0;
-  /// Amplitude of an error of the measured distance that varies slowly over the image of each view, in D. Range: >= 0.
-  double bias_rel = 0;
-  /// Standard deviation of the position of a view, per axis, in D. Range: >= 0.
-  double registration_shift_rel = 0;
-  /// Standard deviation of the rotation of a view about the centre, per axis, in radians. Range: [0, π].
+  Length bias = Length::of_diagonal(0);
+  Length registration_shift = Length::of_diagonal(0);
   double registration_angle = 0;
-  /// Share of the points that are outliers: at a random place of the part of their ray that is about the surface.
-  /// Range: [0, 1].
   double outlier_share = 0;
-  /// Share of the points that are spikes: moved along their ray by a random length of either sign. Range: [0, 1], with
-  /// the outliers at most 1.
   double spike_share = 0;
-  /// Largest such length, in D. Range: >= 0.
-  double spike_rel = 0.03;
+  Length spike_length = Length::of_diagonal(0.03);
 
-  /// Throws OptionError naming the field and the value.
+  static OptionTable fields() {
+    using O = ScanOptions;
+    return {
+        field<&O::points>("points", "[1, 4294967294]", "number of points, outliers included"),
+        field<&O::views>("views", "[1, 10000]", "number of cameras, placed evenly around"),
+        field<&O::distance>("distance", "(1, 1000]",
+                            "distance of the cameras from the centre, in radii of a ball around the surface"),
+        field<&O::max_incidence>("max-incidence", "(0, 90]",
+                                 "largest angle between ray and surface normal that still gives a point")
+            .in("degrees"),
+        field<&O::both_sides>("both-sides", "", "measure the back of the surface, too, as that of a thin sheet"),
+        field<&O::noise>(
+            "noise", ">= 0",
+            "standard deviation of the measured distance, where the ray meets the surface at a right angle"),
+        field<&O::noise_growth>(
+            "noise-growth", "[0, 4]",
+            "the noise grows towards grazing rays with the power X of 1 / cos(incidence), down to a "
+            "cosine of 0.1"),
+        field<&O::bias>("bias", ">= 0",
+                        "amplitude of an error of the measured distance that varies slowly over each view"),
+        field<&O::registration_shift>("registration", ">= 0", "standard deviation of the shift of a view, per axis"),
+        field<&O::registration_angle>("registration-angle", "[0, 180]",
+                                      "standard deviation of the rotation of a view about the centre, per axis")
+            .in("degrees"),
+        field<&O::outlier_share>(
+            "outliers", "[0, 1]",
+            "share of the points that lie at a random place of the part of their ray that is about "
+            "the surface"),
+        field<&O::spike_share>("spikes", "[0, 1]",
+                               "share of the points that are moved along their ray, by a random length of either sign"),
+        field<&O::spike_length>("spike-length", ">= 0", "by at most this")};
+  }
+  /// Throws OptionError naming option, range and value.
   void check() const;
 };
 
 /// From a clean, dense scan to one whose noise is wider than its spacing; see scan_quality().
 enum class ScanQuality { s1, s2, s3 };
+constexpr std::array<std::string_view, 3> option_names(ScanQuality /*type*/) {
+  return {"s1", "s2", "s3"};
+}
 
 /// Three grades of scan with 3 radii between camera and centre and noise that grows with the root of 1 /
 /// cos(incidence).

@@ -92,7 +92,7 @@ class Flipper {
 }  // namespace
 
 std::size_t flip_edges(GrowingSurface& surface, const OverlapGraph& graph, const TriangulateOptions& options) {
-  return Flipper(surface, graph, options.min_dihedral).run();
+  return Flipper(surface, graph, radians(options.min_dihedral)).run();
 }
 
 }  // namespace gpsrecon

@@ -160,7 +160,7 @@ class Front {
         sheets_(sheets),
         options_(options),
         context_(context),
-        judge_(graph, sheets, surface, options.min_dihedral) {}
+        judge_(graph, sheets, surface, radians(options.min_dihedral)) {}
 
   void grow() {
     constexpr std::size_t worth_revisiting = 64;

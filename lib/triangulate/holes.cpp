@@ -174,7 +174,10 @@ Mending mend(CovMesh& mesh, std::vector<Index>& component_of_vertex, const Mixtu
   Mending result;
   result.reason.assign(mesh.vertices.size(), LoopReason::kept);
   const std::vector<Loop> loops = find_loops(mesh);
-  const double longest = options.fill_length_rel * bounding_box_diagonal(mesh.vertices.means);
+  const double longest = options.holes.longest.resolve({.diagonal = bounding_box_diagonal(mesh.vertices.means),
+                                                        .spacing = mixture.spacing,
+                                                        .scene_to_local = 1 / mixture.frame.scale()},
+                                                       "holes");
   EdgeLengths edges;
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) edges.add(mesh.faces[f], mesh.vertices.means);
   const auto append = [&](const std::vector<Index>& rim, const HolePatch& patch) {
@@ -200,9 +203,9 @@ Mending mend(CovMesh& mesh, std::vector<Index>& component_of_vertex, const Mixtu
 
   const auto fill = [&](const Loop& loop) {
     const bool asked =
-        options.holes == HolePolicy::all || (options.holes == HolePolicy::fill && loop.length <= longest);
+        options.holes.policy == HolePolicy::all || (options.holes.policy == HolePolicy::fill && loop.length <= longest);
     if (loop.rim && !asked) return std::optional(LoopReason::rim);
-    if (options.holes == HolePolicy::keep) return std::optional(LoopReason::kept);
+    if (options.holes.policy == HolePolicy::keep) return std::optional(LoopReason::kept);
     const std::size_t vertices_before = mesh.vertices.size();
     switch (patcher.close(
         loop.vertices, [&](const HolePatch& p) { return asked || supported(p); }, append)) {
@@ -215,7 +218,7 @@ Mending mend(CovMesh& mesh, std::vector<Index>& component_of_vertex, const Mixtu
       case HolePatcher::Outcome::intersecting:
         return std::optional(LoopReason::would_intersect);
       case HolePatcher::Outcome::refused:
-        return std::optional(options.holes == HolePolicy::fill ? LoopReason::too_long : LoopReason::no_points);
+        return std::optional(options.holes.policy == HolePolicy::fill ? LoopReason::too_long : LoopReason::no_points);
     }
     ++result.filled;
     result.rims += loop.rim ? 1 : 0;

@@ -270,7 +270,7 @@ std::size_t close_pinholes(GrowingSurface& surface, const Mixture& mixture, cons
   };
   // First by the rules of the front; then at angles and with slight overlaps that it shuns: a crumpled patch of a few
   // triangles does less harm than a hole.
-  const TriangleJudge strict(graph, sheets, surface, options.min_dihedral);
+  const TriangleJudge strict(graph, sheets, surface, radians(options.min_dihedral));
   const TriangleJudge lenient(graph, sheets, surface, 0.02, true);
   close_with(strict);
   close_with(lenient);

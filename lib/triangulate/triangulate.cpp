@@ -58,20 +58,41 @@ std::string_view name_of(LoopReason reason) {
   return "";
 }
 
+HoleRule HoleRule::fill(const Length& longest) {
+  HoleRule rule(HolePolicy::fill);
+  rule.longest = longest;
+  return rule;
+}
+
+HoleRule HoleRule::parse(const std::string& text) {
+  if (text == "auto") return HolePolicy::automatic;
+  if (text == "keep") return HolePolicy::keep;
+  if (text == "all") return HolePolicy::all;
+  constexpr std::string_view prefix = "fill:";
+  if (!text.starts_with(prefix)) throw_expected("auto, keep, fill:LENGTH or all", text);
+  return fill(Length::parse(text.substr(prefix.size())));
+}
+
+std::string HoleRule::text() const {
+  switch (policy) {
+    case HolePolicy::automatic:
+      return "auto";
+    case HolePolicy::keep:
+      return "keep";
+    case HolePolicy::fill:
+      return "fill:" + longest.text();
+    case HolePolicy::all:
+      return "all";
+  }
+  return "";
+}
+
 void TriangulateOptions::check() const {
-  const auto fail = [](const char* field, const char* range, double value) {
-    throw OptionError(std::string(field) + " must be " + range + ", not " + std::to_string(value));
-  };
-  if (!(min_overlap > 0 && min_overlap < 1)) fail("min_overlap", "in (0, 1)", min_overlap);
-  if (!(min_dihedral >= 0 && min_dihedral < std::numbers::pi)) fail("min_dihedral", "in [0, pi)", min_dihedral);
-  if (!(min_component_share >= 0 && min_component_share < 1))
-    fail("min_component_share", "in [0, 1)", min_component_share);
-  if (!(min_weight_share >= 0 && min_weight_share < 1)) fail("min_weight_share", "in [0, 1)", min_weight_share);
-  if (max_pinhole_edges < 0) fail("max_pinhole_edges", "at least 0", max_pinhole_edges);
-  if (max_handle_edges < 0) fail("max_handle_edges", "at least 0", max_handle_edges);
-  if (!(fill_length_rel >= 0 && std::isfinite(fill_length_rel)))
-    fail("fill_length_rel", "at least 0 and finite", fill_length_rel);
-  if (sensor && !sensor->allFinite()) throw OptionError("sensor must be finite");
+  check_fields(*this);
+  if (holes.policy == HolePolicy::fill && !(holes.longest.number() >= 0 && std::isfinite(holes.longest.number())))
+    throw OptionError("holes: the length must be >= 0, not " + holes.longest.text());
+  if (holes.policy == HolePolicy::fill && holes.longest.is_automatic())
+    throw OptionError("holes: fill needs a length, as in fill:2%");
 }
 
 Triangulation triangulate(const Mixture& mixture, const TriangulateOptions& options, const RunContext& context) {
@@ -141,7 +162,9 @@ Triangulation triangulate(const Mixture& mixture, const TriangulateOptions& opti
     result.leftover_weight += mesh.vertices.weights[v];
   }
   const std::vector<Index> kept = compact(mesh.vertices, result.component_of_vertex, mesh.faces);
-  result.flipped_components = orient(mesh.vertices, mesh.faces, options.sensor);
+  std::optional<Vec3> sensor;
+  if (options.sensor) sensor = mixture.frame.to_local(*options.sensor);
+  result.flipped_components = orient(mesh.vertices, mesh.faces, sensor);
   for (const std::vector<Index>& loop : boundary_loops(build_connectivity(mesh.faces, mesh.vertices.size())))
     result.loop_reasons.push_back(mending.reason[kept[loop.front()]]);
   context.progress("triangulate", 1);

@@ -2,8 +2,10 @@
 
 #include <gpsrecon/core/mesh.h>
 #include <gpsrecon/core/mixture.h>
+#include <gpsrecon/core/options.h>
 #include <gpsrecon/core/run_context.h>
 #include <optional>
+#include <string>
 #include <string_view>
 
 namespace gpsrecon {
@@ -14,6 +16,21 @@ enum class HolePolicy {
   keep,       ///< none
   fill,       ///< those, and every loop up to a given length
   all,        ///< every loop, outer rims of open sheets included
+};
+
+/// A policy, and with HolePolicy::fill the length of the longest loop that is filled in any case.
+struct HoleRule {
+  HolePolicy policy = HolePolicy::automatic;
+  Length longest = {};
+
+  HoleRule() = default;
+  /// Any but HolePolicy::fill, which needs a length.
+  HoleRule(HolePolicy any) : policy(any) {}
+  static HoleRule fill(const Length& longest);
+
+  static constexpr const char* placeholder = "auto|keep|fill:LENGTH|all";
+  static HoleRule parse(const std::string& text);
+  std::string text() const;
 };
 
 /// Why a boundary loop is open.
@@ -29,34 +46,51 @@ enum class LoopReason {
 std::string_view name_of(LoopReason reason);
 
 struct TriangulateOptions {
-  /// Smallest Bhattacharyya coefficient of two Gaussians that may share an edge. Range: (0, 1).
   double min_overlap = 0.01;
-  /// Smallest dihedral angle between neighbouring triangles, in radians; π is flat. Range: [0, π).
-  double min_dihedral = 0.5235987755982988;  // π/6
-  /// Connected components with less than this share of the total weight are dropped. Range: [0, 1).
+  double min_dihedral = 30;
   double min_component_share = 0.001;
-  /// Gaussians with less than this share of the median weight of those that overlap them are left out: outliers and
-  /// spikes, which bend the surface where a triangle reaches for them. Range: [0, 1).
   double min_weight_share = 0.1;
-  /// Boundary loops of at most this many edges that the mixture itself bridges are closed. Range: >= 0; 0 = none.
   int max_pinhole_edges = 24;
-  /// Handles are removed that a loop of at most this many edges runs around or through, if what closes the surface
-  /// instead lies within reach of the mixture. Three Gaussians that overlap in pairs are a triangle as well as a tube;
-  /// a tube of four may be real. Range: >= 0; below 3 = none.
   int max_handle_edges = 3;
-  /// Which boundary loops are filled.
-  HolePolicy holes = HolePolicy::automatic;
-  /// With HolePolicy::fill the length of the longest loop that is filled in any case, as a share of the diagonal of the
-  /// box around the vertices. Range: >= 0, finite.
-  double fill_length_rel = 0;
+  HoleRule holes = {};
   /// The rules of the surface that the mesh stands for. The mesh itself does not depend on them.
   SurfaceRules rules = {};
-  /// Where the sensor stood, in the units of the means: open components are turned towards it.
   std::optional<Vec3> sensor = std::nullopt;
   /// Called from time to time with the faces so far (indices into the input mixture). May be empty.
   std::function<void(std::size_t step, const FaceList& faces)> on_snapshot = nullptr;
 
-  /// Throws OptionError naming the field and the value.
+  static OptionTable fields() {
+    using O = TriangulateOptions;
+    return {
+        field<&O::min_overlap>("min-overlap", "(0, 1)",
+                               "smallest Bhattacharyya coefficient of two Gaussians that may share an edge"),
+        field<&O::min_dihedral>("min-dihedral", "[0, 180)",
+                                "smallest dihedral angle between neighbouring triangles; 180 is flat")
+            .in("degrees"),
+        field<&O::min_component_share>("min-component", "[0, 1)",
+                                       "drop connected components with less than this share of the total weight"),
+        field<&O::min_weight_share>(
+            "min-weight", "[0, 1)",
+            "leave out Gaussians with less than this share of the median weight of those that "
+            "overlap them: outliers and spikes, which bend the surface where a triangle reaches "
+            "for them"),
+        field<&O::max_pinhole_edges>(
+            "max-pinhole", ">= 0", "close boundary loops of at most N edges that the mixture itself bridges; 0 = none"),
+        field<&O::max_handle_edges>(
+            "max-handle", ">= 0",
+            "remove handles that a loop of at most N edges runs around or through, where the "
+            "mixture reaches across; three Gaussians that overlap in pairs are a triangle as well "
+            "as a tube, a tube of four may be real; below 3 = none"),
+        field<&O::holes>(
+            "holes", "",
+            "boundary loops to fill with new vertices: those that Gaussians reach across (auto), none, also "
+            "those no longer than LENGTH (a percentage is of the diagonal of the vertices), or all"),
+        field<&O::sensor>("sensor", "",
+                          "where the sensor stood, in the coordinates of the input: open surfaces face it; takes "
+                          "precedence over sensors and normals of the points")
+            .or_else("unknown")};
+  }
+  /// Throws OptionError naming option, range and value.
   void check() const;
 };
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 SEED = 1
 # Small curvature radii would make more triangles than the figures need.
-TRUTH_TOLERANCE = {"gyroid": 1e-4, "knot": 5e-5}
+TRUTH_TOLERANCE = {"gyroid": "0.01%", "knot": "0.005%"}
 
 
 class Scan:
@@ -24,7 +24,7 @@ class Scan:
             return
         self.points, self.truth = work / f"{self.name}.points.ply", work / f"{self.name}.truth.ply"
         gpsrecon.run("scan", f"shape:{self.shape}", self.points, "--quality", self.grade, "--points", self.size,
-                     "--truth", self.truth, "--truth-tolerance-rel", TRUTH_TOLERANCE.get(self.shape, 2e-5),
+                     "--truth", self.truth, "--truth-tolerance", TRUTH_TOLERANCE.get(self.shape, "0.002%"),
                      "--seed", SEED)
 
 

@@ -42,7 +42,10 @@ BENCHMARK(scale_of_cloud)->Apply(sizes);
 void mixture_of_cloud(benchmark::State& state, InitialCovariance initial) {
   const PointCloud cloud = clean(scan(static_cast<std::size_t>(state.range(0)))).cloud;
   const Scale scale = estimate_scale(cloud);
-  const HemOptions options{.sigma0 = scale.sigma0, .spacing = scale.spacing, .initial = initial};
+  const HemOptions options{.sigma0 = Length::scene(scale.sigma0),
+                           .spacing = Length::scene(scale.spacing),
+                           .flat_levels = 0,
+                           .initial = initial};
   std::size_t components = 0;
   for ([[maybe_unused]] auto _ : state) components = build_mixture(cloud, options).size();
   state.counters["components"] = static_cast<double>(components);

@@ -34,7 +34,7 @@ struct Settings {
   std::string points, method = "clop", truth, out, initial = "local";
   double h_rel = 0, h_factor = 1, sigma_factor = 1, subsample = 1;
   bool widen = false, balance = true, split = false, uniform = false, series = false;
-  HemOptions hem;
+  HemOptions hem{.flat_levels = 0};
   ParticleOptions particles;
   ProjectOptions project;
   RunContext context;
@@ -67,9 +67,9 @@ Settings parse(int argc, char** argv) {
     else if (name == "initial")
       s.initial = value;
     else if (name == "ratio")
-      s.particles.ratio = number;
+      s.particles.particles.ratio = number;
     else if (name == "count")
-      s.particles.count = static_cast<std::size_t>(number);
+      s.particles.particles.count = static_cast<std::size_t>(number);
     else if (name == "uniform")
       s.uniform = whole != 0;
     else if (name == "balance")
@@ -195,7 +195,7 @@ int run(int argc, char** argv) {
   RunContext other = context;
   ++other.seed;
   const PointCloud attracting =
-      s.subsample < 1 ? choose_particles(points, {.ratio = s.subsample}, other) : PointCloud(points);
+      s.subsample < 1 ? choose_particles(points, {.particles = {.ratio = s.subsample}}, other) : PointCloud(points);
 
   std::vector<Vec3> before, now(start.size());
   Json series = Json::array();
@@ -234,8 +234,8 @@ int run(int argc, char** argv) {
     timer.stop();
     result = start;
   } else if (s.method == "clop") {
-    s.hem.sigma0 = s.sigma_factor * projection_sigma0(scale, s.hem.initial);
-    s.hem.spacing = spacing;
+    s.hem.sigma0 = Length::scene(s.sigma_factor * projection_sigma0(scale, s.hem.initial) * attracting.frame.scale());
+    s.hem.spacing = Length::scene(spacing * attracting.frame.scale());
     timer.start("mixture");
     const Mixture mixture = build_mixture(attracting, s.hem, context);
     components = mixture.size();

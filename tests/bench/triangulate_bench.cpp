@@ -12,7 +12,7 @@ namespace {
 Mixture mixture_of_scan(std::size_t points) {
   test::SampledShape shape = test::torus(points, 1, 0.4);
   add_noise(shape, 0.5 * shape.spacing(), 1);
-  return build_mixture(shape.cloud());
+  return build_mixture(shape.cloud(), {.flat_levels = 0, .initial = InitialCovariance::isotropic});
 }
 
 void sizes(benchmark::internal::Benchmark* b) {

@@ -223,7 +223,7 @@ const Sequence sequences[] = {
     {"tiny", [] { return moved(noisy_torus(6000, 0.005), 1e-7, Vec3(1e-6, 0, 0)); }, "", "", "", "", ""},
     {"options", [] { return noisy_torus(6000, 0.01); }, "--isolation 6",
      "--alpha 1.7 --detail 0.9 --hem-levels 3 --balance",
-     "--min-overlap 0.02 --min-dihedral 40 --min-weight 0.2 --max-pinhole 6 --holes fill:0.2 --sensor 1,2,30 "
+     "--min-overlap 0.02 --min-dihedral 40 --min-weight 0.2 --max-pinhole 6 --holes fill:20% --sensor 1,2,30 "
      "--loop-weights warren --corners sharp",
      "--fit-steps 2 --refinements 1", "--levels 1"},
     {"catmull_clark", [] { return noisy_torus(6000, 0.01); }, "", "", "--scheme catmull-clark", "", ""},
@@ -582,7 +582,7 @@ TEST_F(ChainTest, project_writes_particles_with_normals) {
   do_here({"in.ply", "b.ply", "--project", "clop", "--threads", "1"});
   EXPECT_EQ(bytes("a.ply"), bytes("b.ply"));
   EXPECT_EQ(run_here({"project", "in.ply", "p.ply", "--particles", "0"}).exit_code, 2);
-  EXPECT_EQ(run_here({"project", "in.ply", "p.ply", "--h-rel", "-1"}).exit_code, 2);
+  EXPECT_EQ(run_here({"project", "in.ply", "p.ply", "--support-radius", "-1"}).exit_code, 2);
   EXPECT_EQ(run_here({"in.ply", "a.ply", "--project", "clap"}).exit_code, 2);
 }
 

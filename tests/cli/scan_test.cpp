@@ -31,7 +31,7 @@ class Scan : public testing::Test {
 };
 
 TEST_F(Scan, of_a_shape_lies_on_it_up_to_the_noise) {
-  scan("shape:block s.ply --points 4000 --noise-rel 0.001");
+  scan("shape:block s.ply --points 4000 --noise 0.1%");
   const auto block = make_shape("block");
   const PointCloud cloud = read_points(path("s.ply"));
   ASSERT_EQ(cloud.size(), 4000u);
@@ -54,8 +54,8 @@ TEST_F(Scan, depends_on_the_seed_only) {
 }
 
 TEST_F(Scan, options_change_the_grade_wherever_they_stand) {
-  scan("shape:sphere a.ply --points 700 --noise-rel 0 --quality s1");
-  scan("shape:sphere b.ply --quality s1 --noise-rel 0 --points 700");
+  scan("shape:sphere a.ply --points 700 --noise 0 --quality s1");
+  scan("shape:sphere b.ply --quality s1 --noise 0 --points 700");
   EXPECT_EQ(hash_file(path("a.ply")), hash_file(path("b.ply")));
   const PointCloud cloud = read_points(path("a.ply"));
   ASSERT_EQ(cloud.size(), 700u);
@@ -91,7 +91,7 @@ TEST_F(Scan, of_a_mesh_far_away_keeps_its_digits) {
 }
 
 TEST_F(Scan, truth_is_as_near_as_asked_for) {
-  scan("shape:torus s.ply --points 100 --truth t.ply --truth-tolerance-rel 0.001");
+  scan("shape:torus s.ply --points 100 --truth t.ply --truth-tolerance 0.1%");
   const auto torus = make_shape("torus");
   const Mesh truth = read_mesh(path("t.ply"));
   for (std::size_t f = 0; f < truth.faces.size(); ++f) {
@@ -114,10 +114,10 @@ TEST_F(Scan, refuses_what_cannot_be_scanned) {
   fails("shape:sphere s.ply --quality s4", 2, "s1|s2|s3");
   fails("shape:sphere s.ply --points 0", 2, "points");
   fails("shape:sphere s.ply --outliers 0.6 --spikes 0.6", 2, "1.2");
-  fails("shape:sphere s.ply --max-incidence 91", 2, "max_incidence");
+  fails("shape:sphere s.ply --max-incidence 91", 2, "max-incidence");
   fails("shape:sphere s.ply --truth s.ply", 2, "same file");
   fails("shape:sphere s.ply --truth s.xyz", 6, "s.xyz");
-  fails("shape:sphere s.ply --truth-tolerance-rel 1", 2, "--truth-tolerance-rel");
+  fails("shape:sphere s.ply --truth-tolerance 100%", 2, "truth-tolerance");
   fails("points.xyz s.ply", 3, "points.xyz");
   fails("line.off s.ply", 4, "line.off");
   fails("shape:sphere s.ply --max-incidence 0.0000001", 4, "shape:sphere");

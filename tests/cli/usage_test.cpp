@@ -100,18 +100,17 @@ TEST(Usage, help_tells_the_default_of_every_option_with_a_value) {
 
 TEST(Usage, manual_has_every_option_and_command) {
   const std::string manual = read_bytes(GPSRECON_SOURCE_DIR "/docs/reference/cli.md");
-  for (const std::string& command : commands) {
-    EXPECT_THAT(manual, HasSubstr("`gpsrecon " + command + " "));
-    for (const auto& [name, text] : options_of(run({command, "--help"}).out))
-      EXPECT_THAT(manual, HasSubstr("`" + name)) << command;
-  }
-  const auto chain = options_of(run({"--help"}).out);
-  for (const auto& [name, text] : chain) EXPECT_THAT(manual, HasSubstr("`" + name));
-  // And nothing that is not there.
   std::set<std::string> known;
-  for (const auto& [name, text] : chain) known.insert(name);
-  for (const std::string& command : commands)
-    for (const auto& [name, text] : options_of(run({command, "--help"}).out)) known.insert(name);
+  std::vector<std::vector<std::string>> helps = {{"--help"}};
+  for (const std::string& command : commands) helps.push_back({command, "--help"});
+  for (const auto& arguments : helps) {
+    EXPECT_THAT(manual, HasSubstr("`gpsrecon " + (arguments.size() > 1 ? arguments[0] + " " : "")));
+    for (const auto& [name, text] : options_of(run(arguments).out)) {
+      EXPECT_TRUE(manual.find("`" + name) != std::string::npos) << name << " of " << arguments[0];
+      known.insert(name);
+    }
+  }
+  // And nothing that is not there.
   const std::regex option("`(--[a-z0-9-]+)");
   for (auto it = std::sregex_iterator(manual.begin(), manual.end(), option); it != std::sregex_iterator(); ++it)
     EXPECT_TRUE(known.contains((*it)[1])) << (*it)[1];
@@ -141,6 +140,7 @@ TEST_P(UsageError, is_told_and_exits_with_2) {
   write_bytes(folder / "bad.toml", "alpha = 2\nno-such-key = 3\n");
   write_bytes(folder / "section.toml", "[hem]\nalpha = 2\n");
   write_bytes(folder / "value.toml", "# a comment\n\nalpha = big\n");
+  write_bytes(folder / "former.toml", "alpha = 2\ntolerance-rel = 1e-4\n");
   write_bytes(folder / "twice.toml", "alpha = 2\nalpha = 3\n");
   const auto before = names_in(folder);
   const ProcessResult result = run(words_of(GetParam().arguments), {.folder = folder.path().string()});
@@ -172,54 +172,61 @@ constexpr BadLine bad_lines[] = {
     {"in.xyz out.ply --alpha=", "--alpha"},
     {"in.xyz out.ply --detail -1", "detail"},
     {"in.xyz out.ply --detail 101", "detail"},
-    {"in.xyz out.ply --sigma0-rel -0.1", "sigma0_rel"},
-    {"in.xyz out.ply --budget 3", "budget must be at least 4"},
+    {"in.xyz out.ply --sigma0 -10%", "sigma0 must be > 0 or auto, not -10%"},
+    {"in.xyz out.ply --sigma0 1mm", "Xsp (sample spacings)"},
+    {"in.xyz out.ply --sigma0 1% --detail 2", "contradict"},
+    {"in.xyz out.ply --sigma0-rel 0.01", "--sigma0-rel: is now spelled --sigma0 1%"},
+    {"in.xyz out.ply --sigma0-rel=0.0003", "is now spelled --sigma0 0.03%"},
+    {"in.xyz out.ply --sigma0-rel 0", "is now spelled --sigma0 auto"},
+    {"scan shape:sphere s.ply --noise-rel 0.0002", "is now spelled --noise 0.02%"},
+    {"in.xyz out.ply --config former.toml", "former.toml:2: tolerance-rel: is now spelled --tolerance 0.01%"},
+    {"in.xyz out.ply --budget 3", "budget must be >= 4 or 0, not 3"},
     {"in.xyz out.ply --budget -1", "--budget"},
     {"in.xyz out.ply --budget 100 --max-error 0.1", "contradict"},
     {"in.xyz out.ply --budget 100 --detail 0.5", "contradict"},
-    {"in.xyz out.ply --max-error -0.1", "max_error_rel"},
-    {"in.xyz out.ply --max-error 0.1 --sigma0-rel 0.1", "contradict"},
+    {"in.xyz out.ply --max-error -10%", "max-error must be > 0 or none, not -10%"},
+    {"in.xyz out.ply --max-error 10% --sigma0 10%", "contradict"},
     {"mixture in.xyz out.ply --budget 100", "--budget"},
     {"normals in.xyz", "OUT"},
     {"normals in.xyz out.ply --method mean", "pca|weiszfeld|csw"},
     {"normals in.xyz out.ply --neighbors 2", "neighbors"},
-    {"normals in.xyz out.ply --h-rel 2", "h_rel"},
-    {"normals in.xyz out.ply --h-rel nan", "--h-rel"},
+    {"normals in.xyz out.ply --support-radius 0", "support-radius"},
+    {"normals in.xyz out.ply --support-radius nan", "--support-radius"},
     {"normals in.xyz out.ply --iterations -1", "iterations"},
-    {"normals in.xyz out.ply --orient-neighbors 0", "orientation.neighbors"},
+    {"normals in.xyz out.ply --orient-neighbors 0", "orient-neighbors"},
     {"normals in.xyz out.ply --orient surface", "needs a surface"},
     {"normals in.xyz out.ply --orient sensor", "needs its position"},
     {"normals in.xyz out.ply --orient mst --surface s.ply", "contradicts"},
     {"normals in.xyz out.ply --mixture m.ply", "--mixture"},
     {"normals - out.ply --method csw --mixture -", "standard input"},
     {"in.xyz out.ply --levels 9", "levels"},
-    {"in.xyz out.ply --levels -1", "--levels"},
+    {"in.xyz out.ply --levels -1", "levels must be in [0, 8] or auto, not -1"},
     {"in.xyz out.ply --levels some", "'some'"},
-    {"in.xyz out.ply --levels 2 --tolerance-rel 1e-3", "contradict"},
-    {"in.xyz out.ply --tolerance-rel -1", "tolerance_rel"},
+    {"in.xyz out.ply --levels 2 --tolerance 0.1%", "contradict"},
+    {"in.xyz out.ply --tolerance -1", "tolerance must be > 0 or none, not -1"},
     {"in.xyz out.ply --fit-steps 101", "steps"},
     {"in.xyz out.ply --fit-steps 1.5", "'1.5'"},
     {"in.xyz out.ply --fit-steps 99999999999", "--fit-steps"},
-    {"in.xyz out.ply --hem-levels -1", "max_levels"},
+    {"in.xyz out.ply --hem-levels -1", "hem-levels"},
     {"in.xyz out.ply --target -5", "--target"},
     {"in.xyz out.ply --initial round", "isotropic|local"},
-    {"in.xyz out.ply --min-overlap 1", "min_overlap"},
-    {"in.xyz out.ply --min-dihedral 180", "min_dihedral"},
-    {"in.xyz out.ply --min-component 1", "min_component"},
-    {"in.xyz out.ply --min-weight 1", "min_weight"},
+    {"in.xyz out.ply --min-overlap 1", "min-overlap"},
+    {"in.xyz out.ply --min-dihedral 180", "min-dihedral"},
+    {"in.xyz out.ply --min-component 1", "min-component"},
+    {"in.xyz out.ply --min-weight 1", "min-weight"},
     {"in.xyz out.ply --refinements 11", "refinements"},
     {"in.xyz out.ply --refinements -1", "refinements"},
-    {"in.xyz out.ply --max-pinhole -1", "max_pinhole"},
+    {"in.xyz out.ply --max-pinhole -1", "max-pinhole"},
     {"in.xyz out.ply --isolation 0.5", "isolation"},
-    {"in.xyz out.ply --holes some", "auto, keep, fill:X or all"},
-    {"in.xyz out.ply --holes fill", "auto, keep, fill:X or all"},
-    {"in.xyz out.ply --holes fill:", "expected a number"},
-    {"in.xyz out.ply --holes fill:-0.1", "fill_length_rel"},
+    {"in.xyz out.ply --holes some", "auto, keep, fill:LENGTH or all"},
+    {"in.xyz out.ply --holes fill", "auto, keep, fill:LENGTH or all"},
+    {"in.xyz out.ply --holes fill:", "expected auto, X% of the diagonal"},
+    {"in.xyz out.ply --holes fill:-10%", "holes: the length must be >= 0, not -10%"},
     {"in.xyz out.ply --sensor 1,2", "X,Y,Z"},
     {"in.xyz out.ply --sensor 1,2,3,", "X,Y,Z"},
     {"in.xyz out.ply --corners blunt", "smooth|sharp"},
-    {"in.xyz out.ply --threads -1", "--threads"},
-    {"in.xyz out.ply --threads 1025", "--threads"},
+    {"in.xyz out.ply --threads -1", "threads must be in [0, 1024], not -1"},
+    {"in.xyz out.ply --threads 1025", "threads"},
     {"in.xyz out.ply --seed -1", "--seed"},
     {"in.xyz out.ply --progress maybe", "auto|always|never"},
     {"in.xyz out.ply --config missing.toml", "missing.toml"},

@@ -288,7 +288,7 @@ TEST(ContinuousWeiszfeld, keeps_a_crease_within_two_degrees) {
     const double spacing = shape.spacing();
     PointCloud cloud = shape.cloud();
     cloud.normals = pca_normals(cloud.positions, cloud.positions, {.neighbors = 12});
-    const Mixture mixture = build_mixture(cloud, {.initial = InitialCovariance::local, .normals = true});
+    const Mixture mixture = build_mixture(cloud, {.flat_levels = 0, .normals = true});
     EXPECT_LT(mixture.size(), 1000u);
     const auto share_within_two_degrees = [&](double distance, const auto& normals_at) {
       std::vector<Vec3> queries, truth;
@@ -319,7 +319,7 @@ TEST(Normals, of_a_smooth_surface_are_right) {
   const std::vector<Vec3> pca = pca_normals(cloud.positions, cloud.positions);
   cloud.normals = pca;
   const std::vector<Vec3> weiszfeld = weiszfeld_normals(cloud.positions, cloud);
-  const Mixture mixture = build_mixture(cloud, {.initial = InitialCovariance::local, .normals = true});
+  const Mixture mixture = build_mixture(cloud, {.flat_levels = 0, .normals = true});
   const std::vector<Vec3> csw = csw_normals(cloud.positions, mixture);
   const auto mean_angle = [&](const std::vector<Vec3>& normals) {
     double sum = 0;

@@ -34,7 +34,7 @@ TEST(Particles, SubsetsAreDistinctPointsInOrderAndOfTheNumberAskedFor) {
   for (std::size_t i = 0; i < points.size(); ++i) points.colors.push_back({static_cast<std::uint8_t>(i % 251), 0, 0});
   for (const ParticleSelection selection : {ParticleSelection::random, ParticleSelection::uniform})
     for (const std::size_t count : {1u, 2u, 77u, 999u}) {
-      const PointCloud particles = choose_particles(points, {.count = count, .selection = selection});
+      const PointCloud particles = choose_particles(points, {.particles = {.count = count}, .selection = selection});
       ASSERT_EQ(particles.size(), count);
       std::size_t at = 0;
       for (std::size_t i = 0; i < count; ++i) {
@@ -44,8 +44,8 @@ TEST(Particles, SubsetsAreDistinctPointsInOrderAndOfTheNumberAskedFor) {
         ++at;
       }
     }
-  EXPECT_EQ(choose_particles(points, {.ratio = 0.25}).size(), 250u);
-  EXPECT_EQ(choose_particles(points, {.ratio = 1e-6}).size(), 1u);
+  EXPECT_EQ(choose_particles(points, {.particles = {.ratio = 0.25}}).size(), 250u);
+  EXPECT_EQ(choose_particles(points, {.particles = {.ratio = 1e-6}}).size(), 1u);
   EXPECT_EQ(choose_particles(points, {}).positions, points.positions);
 }
 
@@ -62,14 +62,15 @@ TEST(Particles, UniformSubsetsDoNotFollowTheDensity) {
                                              [](const Vec3& p) { return p.x() > 1; })) /
            static_cast<double>(particles.size());
   };
-  EXPECT_NEAR(in_sparse_half(choose_particles(points, {.count = 400})), 0.1, 0.05);
-  EXPECT_NEAR(in_sparse_half(choose_particles(points, {.count = 400, .selection = ParticleSelection::uniform})), 0.5,
-              0.05);
+  EXPECT_NEAR(in_sparse_half(choose_particles(points, {.particles = {.count = 400}})), 0.1, 0.05);
+  EXPECT_NEAR(
+      in_sparse_half(choose_particles(points, {.particles = {.count = 400}, .selection = ParticleSelection::uniform})),
+      0.5, 0.05);
 }
 
 TEST(Particles, MoreThanPointsLieAmongThemWithoutClumps) {
   const test::SampledShape sphere = test::fibonacci_sphere(500);
-  const PointCloud particles = choose_particles(sphere.cloud(), {.ratio = 5});
+  const PointCloud particles = choose_particles(sphere.cloud(), {.particles = {.ratio = 5}});
   ASSERT_EQ(particles.size(), 2500u);
   EXPECT_EQ(places(particles).size(), 2500u) << "particles coincide";
   EXPECT_GT(smallest_distance(particles), 0);
@@ -92,13 +93,13 @@ TEST(Particles, MoreThanPointsLieAmongThemWithoutClumps) {
 TEST(Particles, DegenerateClouds) {
   PointCloud one;
   one.positions = {{1, 2, 3}};
-  EXPECT_EQ(choose_particles(one, {.count = 4}).positions, std::vector<Vec3>(4, Vec3(1, 2, 3)));
+  EXPECT_EQ(choose_particles(one, {.particles = {.count = 4}}).positions, std::vector<Vec3>(4, Vec3(1, 2, 3)));
   PointCloud same;
   same.positions.assign(10, Vec3(1, 2, 3));
-  EXPECT_EQ(choose_particles(same, {.count = 4, .selection = ParticleSelection::uniform}).size(), 4u);
-  EXPECT_TRUE(choose_particles(PointCloud(), {.count = 4}).empty());
-  EXPECT_THROW(choose_particles(one, {.ratio = 0}), OptionError);
-  EXPECT_THROW(choose_particles(one, {.ratio = 101}), OptionError);
+  EXPECT_EQ(choose_particles(same, {.particles = {.count = 4}, .selection = ParticleSelection::uniform}).size(), 4u);
+  EXPECT_TRUE(choose_particles(PointCloud(), {.particles = {.count = 4}}).empty());
+  EXPECT_THROW(choose_particles(one, {.particles = {.ratio = 0}}), OptionError);
+  EXPECT_THROW(choose_particles(one, {.particles = {.ratio = 101}}), OptionError);
 }
 
 TEST(Particles, AttributesComeFromTheNearestPoint) {

@@ -520,7 +520,7 @@ TEST(Project, RefusesWhatMakesNoSense) {
     ProjectOptions options;
     options.support_radius = 1;
     change(options);
-    EXPECT_THROW(options.check(), OptionError);
+    EXPECT_THROW(project(cloud_of({{0, 0, 0}}), sphere_mixture(10), options), OptionError);
   };
   refused([](ProjectOptions& o) { o.support_radius = 0; });
   refused([](ProjectOptions& o) { o.support_radius = std::numeric_limits<double>::quiet_NaN(); });

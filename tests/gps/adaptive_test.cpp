@@ -157,7 +157,7 @@ TEST(Adaptive, NeedsFewerVerticesThanUniformLevels) {
   Mesh bump = grid(12, 12);
   bump.positions[6 * 13 + 6].z() = 2;
   const CovMesh control = with_equal_covariances(bump, Sym3::identity());
-  const Mesh fine = subdivide(control, {.tolerance = 2e-3});
+  const Mesh fine = subdivide(control, {.tolerance = Length::scene(2e-3)});
   int level = 0;
   const SurfaceEvaluator surface(control);
   const std::vector<Vec3> dense = dense_samples(surface, true, 40);
@@ -182,7 +182,7 @@ TEST(Adaptive, GivesWhatUniformRefinementGives) {
   }
   control.vertices.scalars = {{"height", heights, ScalarKind::quantity}, {"class", labels, ScalarKind::label}};
   // The vertices of the control mesh and the middles of its edges, as far as these were split, are those of level one.
-  const Mesh fine = subdivide(control, {.tolerance = 1e-3, .curvature = true, .covariances = true});
+  const Mesh fine = subdivide(control, {.tolerance = Length::scene(1e-3), .curvature = true, .covariances = true});
   const Mesh uniform = subdivide(control, {.levels = 1, .curvature = true, .covariances = true});
   ASSERT_EQ(fine.scalars.size(), uniform.scalars.size());
   std::size_t shared = 0;
@@ -206,9 +206,9 @@ TEST(Adaptive, GivesWhatUniformRefinementGives) {
 
 TEST(Adaptive, RefusesWhatMakesNoSense) {
   const CovMesh control = with_equal_covariances(octahedron(), Sym3::identity());
-  EXPECT_THROW(subdivide(control, {.tolerance = -1}), OptionError);
-  EXPECT_THROW(subdivide(control, {.tolerance = std::numeric_limits<double>::infinity()}), OptionError);
-  EXPECT_THROW(subdivide(control, {.limit = false, .tolerance = 0.1}), OptionError);
+  EXPECT_THROW(subdivide(control, {.tolerance = Length::scene(-1)}), OptionError);
+  EXPECT_THROW(subdivide(control, {.tolerance = Length::scene(std::numeric_limits<double>::infinity())}), OptionError);
+  EXPECT_THROW(subdivide(control, {.limit = false, .tolerance = Length::scene(0.1)}), OptionError);
 }
 
 TEST(Curvatures, ComeInWorldUnitsAndFlagIrregularVertices) {

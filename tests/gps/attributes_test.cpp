@@ -36,7 +36,7 @@ TEST(SubdivideAttributes, ConstantsStayConstant) {
   const std::size_t n = mesh.vertices.size();
   mesh.vertices.colors.assign(n, {0, 129, 255});
   mesh.vertices.scalars = {{"height", std::vector<double>(n, 0.1)}};
-  const Mesh surface = subdivide(mesh);
+  const Mesh surface = subdivide(mesh, {.levels = 2});
   ASSERT_EQ(surface.colors.size(), surface.positions.size());
   for (const Color& color : surface.colors) ASSERT_EQ(color, (Color{0, 129, 255}));
   for (const double value : surface.scalars.at(0).values) ASSERT_NEAR(value, 0.1, 1e-15);
@@ -51,7 +51,7 @@ TEST(SubdivideAttributes, AffineFunctionsOfAPlaneAreReproduced) {
     mesh.vertices.scalars[0].values.push_back(height(p));
     mesh.vertices.colors.push_back({static_cast<std::uint8_t>(std::lround(red(p))), 0, 0});
   }
-  const Mesh surface = subdivide(mesh);
+  const Mesh surface = subdivide(mesh, {.levels = 2});
   for (std::size_t u = 0; u < surface.positions.size(); ++u) {
     ASSERT_NEAR(surface.scalars[0].values[u], height(surface.positions[u]), 1e-11);
     // Rounded at the control vertices and here.
@@ -80,7 +80,7 @@ TEST(SubdivideAttributes, MissingNumbersDoNotCount) {
   // No two of them are neighbours, so that every sample has others.
   for (std::size_t v = 3; v < n; v += 7) holed[v] = v % 2 == 0 ? nan : 1e39;
   mesh.vertices.scalars = {{"holed", holed}, {"empty", empty}, {"labels", empty, ScalarKind::label}};
-  const Mesh surface = subdivide(mesh);
+  const Mesh surface = subdivide(mesh, {.levels = 2});
   for (const double value : surface.scalars[0].values) ASSERT_NEAR(value, 7, 1e-14);
   EXPECT_THAT(surface.scalars[1].values, testing::Each(IsNan()));
   EXPECT_THAT(surface.scalars[2].values, testing::Each(IsNan()));

@@ -70,7 +70,8 @@ TEST(Edit, ScalingBackIsTheIdentity) {
 
 TEST(Edit, OneFactorForAllLeavesTheSurface) {
   const CovMesh mesh = test_mesh();
-  const Mesh before = subdivide(mesh), after = subdivide(edited(mesh, {{SelectAll{}, ScaleCovariance{1e6}}}));
+  const Mesh before = subdivide(mesh, {.levels = 2}),
+             after = subdivide(edited(mesh, {{SelectAll{}, ScaleCovariance{1e6}}}));
   EXPECT_LT(max_distance(before.positions, after.positions), 1e-12);
 }
 

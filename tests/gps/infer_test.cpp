@@ -191,7 +191,7 @@ TEST(Infer, QuadsAndTheirTrianglesAgreeOnAxes) {
 TEST(Infer, AbsoluteBiasIsAddedAsItIs) {
   const Mesh mesh = irregular_sphere(6);
   const double sigma0 = 0.03;
-  const Inference inferred = infer_covariances(mesh, {.sigma0 = sigma0});
+  const Inference inferred = infer_covariances(mesh, {.sigma0 = Length::scene(sigma0)});
   const Mat3 added = sigma0 * sigma0 * Mat3::Identity();
   for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
     Mat3 precision = Mat3::Zero();
@@ -207,10 +207,10 @@ TEST(Infer, AbsoluteBiasIsAddedAsItIs) {
   // A length in world units: the same in a frame of another scale.
   Mesh framed = mesh;
   framed.frame.exponent = 3;
-  const Inference local = infer_covariances(framed, {.sigma0 = 8 * sigma0});
+  const Inference local = infer_covariances(framed, {.sigma0 = Length::scene(8 * sigma0)});
   EXPECT_EQ(local.mesh.vertices.covariances, inferred.mesh.vertices.covariances);
   // None so small that a flat face has no inverse.
-  const Inference flat = infer_covariances(grid(3, 3), {.sigma0 = 1e-100});
+  const Inference flat = infer_covariances(grid(3, 3), {.sigma0 = Length::scene(1e-100)});
   const Inference smallest = infer_covariances(grid(3, 3), {.bias = 1e-9});
   EXPECT_EQ(flat.mesh.vertices.covariances, smallest.mesh.vertices.covariances);
 }
@@ -311,9 +311,9 @@ TEST(Infer, RefusesWhatHasNoArea) {
   EXPECT_THROW(infer_covariances(Mesh{}), NoSurfaceError);
   EXPECT_THROW(infer_covariances(tetrahedron(), {.bias = 0}), OptionError);
   EXPECT_THROW(infer_covariances(tetrahedron(), {.bias = std::nan("")}), OptionError);
-  EXPECT_THROW(infer_covariances(tetrahedron(), {.sigma0 = -1}), OptionError);
-  EXPECT_THROW(infer_covariances(tetrahedron(), {.sigma0 = 1e-200}), OptionError);
-  EXPECT_THROW(infer_covariances(tetrahedron(), {.sigma0 = std::nan("")}), OptionError);
+  EXPECT_THROW(infer_covariances(tetrahedron(), {.sigma0 = Length::scene(-1)}), OptionError);
+  EXPECT_THROW(infer_covariances(tetrahedron(), {.sigma0 = Length::scene(1e-200)}), OptionError);
+  EXPECT_THROW(infer_covariances(tetrahedron(), {.sigma0 = Length::scene(std::nan(""))}), OptionError);
   Mesh bow_tie = make_mesh({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}}, {{0, 1, 2}, {0, 3, 4}});
   EXPECT_THROW(infer_covariances(bow_tie), InvariantError);
 }

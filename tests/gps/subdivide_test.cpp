@@ -66,7 +66,7 @@ TEST(Subdivide, EqualCovariancesGiveTheLinearScheme) {
   const LimitSurface surface(mesh.faces, mesh.positions.size(), 2);
   const std::vector<Vec3> linear = surface.to_samples<Vec3>(mesh.positions);
   const CovMesh control = with_equal_covariances(mesh, RandomSequence(3).covariance(0.1, 1));
-  EXPECT_LT(max_distance(subdivide(control).positions, linear), 1e-13);
+  EXPECT_LT(max_distance(subdivide(control, {.levels = 2}).positions, linear), 1e-13);
 }
 
 TEST(Subdivide, CommutesWithAffineMaps) {
@@ -96,11 +96,11 @@ TEST(Subdivide, CommutesWithAffineMaps) {
 
 TEST(Subdivide, IgnoresAGlobalFactorOnTheCovariances) {
   const CovMesh control = with_random_covariances(open_irregular_mesh(), 13);
-  const Mesh surface = subdivide(control);
+  const Mesh surface = subdivide(control, {.levels = 2});
   const auto scaled_by = [&](double factor) {
     CovMesh scaled = control;
     for (Sym3& covariance : scaled.vertices.covariances) covariance *= factor;
-    return subdivide(scaled);
+    return subdivide(scaled, {.levels = 2});
   };
   for (const double power_of_two : {0x1p-40, 0x1p-3, 0x1p1, 0x1p60}) {
     const Mesh same = scaled_by(power_of_two);
@@ -117,7 +117,7 @@ TEST(Subdivide, ScalesExactlyByPowersOfTwo) {
   CovMesh scaled = control;
   for (Vec3& mean : scaled.vertices.means) mean *= 0x1p20;
   for (Sym3& covariance : scaled.vertices.covariances) covariance *= 0x1p40;
-  const Mesh a = subdivide(control), b = subdivide(scaled);
+  const Mesh a = subdivide(control, {.levels = 2}), b = subdivide(scaled, {.levels = 2});
   for (std::size_t v = 0; v < a.positions.size(); ++v) {
     ASSERT_EQ(Vec3(a.positions[v] * 0x1p20), b.positions[v]);
     ASSERT_EQ(a.normals[v], b.normals[v]);
@@ -211,7 +211,7 @@ TEST(Subdivide, SigmaIsTheDeviationAlongTheNormalWithoutTheKernel) {
   CovMesh control = with_equal_covariances(torus(9, 6), covariance);
   const double kernel_variance = eigen_decomposition(covariance).values[1];
   control.vertices.sigma0 = std::sqrt(kernel_variance);
-  const Mesh surface = subdivide(control);
+  const Mesh surface = subdivide(control, {.levels = 2});
   std::size_t clamped = 0;
   for (std::size_t v = 0; v < surface.positions.size(); ++v) {
     const double variance = covariance.quadratic_form(surface.normals[v]) - kernel_variance;
@@ -268,13 +268,13 @@ TEST(Subdivide, KeepsPrecisionForFlatGaussiansFarApart) {
   const Mesh flat = grid(8, 8);
   const CovMesh control = with_equal_covariances(flat, Sym3::diagonal(1, 1, 1e-10));
   const LimitSurface surface(flat.faces, flat.positions.size(), 2);
-  EXPECT_LT(max_distance(subdivide(control).positions, surface.to_samples<Vec3>(flat.positions)), 1e-12);
+  EXPECT_LT(max_distance(subdivide(control, {.levels = 2}).positions, surface.to_samples<Vec3>(flat.positions)), 1e-12);
   const Mat3 rotation = RandomSequence(20).rotation();
   CovMesh turned = control;
   for (Vec3& mean : turned.vertices.means) mean = rotation * mean;
   for (Sym3& c : turned.vertices.covariances) c = congruence(rotation, Sym3::diagonal(1, 1, 1e-6));
   std::vector<Vec3> expected = surface.to_samples<Vec3>(turned.vertices.means);
-  EXPECT_LT(max_distance(subdivide(turned).positions, expected), 1e-8);
+  EXPECT_LT(max_distance(subdivide(turned, {.levels = 2}).positions, expected), 1e-8);
 }
 
 TEST(Subdivide, KeepsPrecisionFarFromTheOrigin) {
@@ -283,8 +283,8 @@ TEST(Subdivide, KeepsPrecisionFarFromTheOrigin) {
   const Vec3 shift(0x1p20, -0x1p21, 0x1p22);
   for (Vec3& mean : far.vertices.means) mean += shift;
   // The means themselves lose 2^-31 at such coordinates, and the map to the surface enlarges that.
-  const std::vector<Vec3> near = subdivide(control).positions;
-  std::vector<Vec3> back = subdivide(far).positions;
+  const std::vector<Vec3> near = subdivide(control, {.levels = 2}).positions;
+  std::vector<Vec3> back = subdivide(far, {.levels = 2}).positions;
   for (Vec3& p : back) p -= shift;
   EXPECT_LT(max_distance(back, near), 1e-7);
 }
@@ -304,7 +304,7 @@ TEST(Subdivide, SurvivesMeshesWithoutTangentPlanes) {
       }
     }
   // A vertex without faces has the thin axis of its Gaussian for normal.
-  const Mesh kept = subdivide(loose);
+  const Mesh kept = subdivide(loose, {.levels = 2});
   EXPECT_EQ(kept.positions.size(), 2u);
   for (std::size_t v = 0; v < 2; ++v) {
     EXPECT_LT((kept.positions[v] - loose.vertices.means[v]).norm(), 1e-14);
@@ -340,7 +340,7 @@ TEST(Subdivide, ChecksItsArguments) {
   EXPECT_THROW(LimitSurface(control.faces, 4, 1).evaluate(Mixture{}), InvariantError);
   CovMesh broken = control;
   broken.vertices.covariances[2] = Sym3::diagonal(1, 1, -1);
-  EXPECT_THROW(subdivide(broken), InvariantError);
+  EXPECT_THROW(subdivide(broken, {.levels = 2}), InvariantError);
   const std::atomic<bool> cancel{true};
   RunContext context;
   context.cancel = &cancel;
@@ -350,7 +350,7 @@ TEST(Subdivide, ChecksItsArguments) {
 TEST(Subdivide, KeepsTheFrame) {
   CovMesh control = with_equal_covariances(tetrahedron(), Sym3::identity());
   control.vertices.frame = {Vec3(1, 2, 3), 7};
-  EXPECT_EQ(subdivide(control).frame, control.vertices.frame);
+  EXPECT_EQ(subdivide(control, {.levels = 2}).frame, control.vertices.frame);
 }
 
 TEST(LevelForEdgeLength, HalvesTheMeanEdge) {

@@ -26,6 +26,13 @@ PointCloud random_cloud(std::size_t n, std::uint64_t seed) {
   return cloud;
 }
 
+/// The reduction as it is published: from balls, without levels that only merge in flat places.
+HemOptions published(HemOptions options) {
+  options.flat_levels = 0;
+  options.initial = InitialCovariance::isotropic;
+  return options;
+}
+
 /// All levels, level 0 first.
 std::vector<Mixture> levels(const PointCloud& cloud, HemOptions options, const RunContext& context = {}) {
   std::vector<Mixture> found;
@@ -156,13 +163,15 @@ void expect_levels_by_brute_force(const PointCloud& cloud, const HemOptions& opt
 
 TEST(Hem, OneLevelIsThatOfTheEquations) {
   for (std::uint64_t seed = 1; seed <= 8; ++seed)
-    expect_levels_by_brute_force(random_cloud(300, 100 + seed), {.sigma0 = 0.06, .max_levels = 1}, seed);
+    expect_levels_by_brute_force(random_cloud(300, 100 + seed),
+                                 published({.sigma0 = Length::scene(0.06), .max_levels = 1}), seed);
 }
 
 TEST(Hem, AllLevelsAreThoseOfTheEquations) {
   for (std::uint64_t seed = 1; seed <= 4; ++seed)
     for (const double alpha : {1.4, 2.0, 2.6})
-      expect_levels_by_brute_force(random_cloud(250, 110 + seed), {.sigma0 = 0.07, .alpha = alpha}, seed);
+      expect_levels_by_brute_force(random_cloud(250, 110 + seed),
+                                   published({.sigma0 = Length::scene(0.07), .alpha = alpha}), seed);
 }
 
 TEST(Hem, LevelsWithWeightsNormalsAndLocalCovariancesAreThoseOfTheEquations) {
@@ -175,9 +184,14 @@ TEST(Hem, LevelsWithWeightsNormalsAndLocalCovariancesAreThoseOfTheEquations) {
     for (Vec3& n : cloud.normals) n = (random.uniform() < 0.5 ? -1 : 1) * (n + 0.2 * random.normal3()).normalized();
     for (std::size_t i = 0; i < cloud.size(); ++i) cloud.weights.push_back(1 + static_cast<double>(random.below(4)));
     for (const InitialCovariance initial : {InitialCovariance::isotropic, InitialCovariance::local})
-      expect_levels_by_brute_force(
-          cloud, {.sigma0 = 0.03, .spacing = 0.05, .parent_probability = 0.4, .initial = initial, .normals = true},
-          seed);
+      expect_levels_by_brute_force(cloud,
+                                   {.sigma0 = Length::scene(0.03),
+                                    .spacing = Length::scene(0.05),
+                                    .parent_probability = 0.4,
+                                    .flat_levels = 0,
+                                    .initial = initial,
+                                    .normals = true},
+                                   seed);
   }
 }
 
@@ -188,7 +202,7 @@ TEST(Hem, LikelihoodsBeyondTheRangeOfNumbersAreThoseOfTheEquations) {
     Random random(146);
     for (Vec3& p : cloud.positions) p *= unit;
     for (std::size_t i = 0; i < cloud.size(); ++i) cloud.weights.push_back(300 + random.uniform(0, 300));
-    expect_levels_by_brute_force(cloud, {.sigma0 = 0.07 * unit}, 1);
+    expect_levels_by_brute_force(cloud, published({.sigma0 = Length::scene(0.07 * unit)}), 1);
   }
 }
 
@@ -199,7 +213,7 @@ TEST(Hem, WeightMeanAndCovarianceAreConserved) {
   Random random(152);
   for (std::size_t i = 0; i < cloud.size(); ++i) cloud.weights.push_back(0.5 + random.uniform());
   for (const bool balance : {false, true}) {
-    const std::vector<Mixture> all = levels(cloud, {.balance = balance});
+    const std::vector<Mixture> all = levels(cloud, published({.balance = balance}));
     ASSERT_GE(all.size(), 4U);
     const Moments start = moments(all[0]);
     EXPECT_NEAR(start.weight, std::accumulate(cloud.weights.begin(), cloud.weights.end(), 0.0), 1e-12 * start.weight);
@@ -222,7 +236,7 @@ TEST(Hem, SheetsBeyondTheDivergenceBoundNeverMix) {
   // For sheets z = ±g/2 all covariances have σ0² as their z entry, as no z moves. D_KL >= d_M²/2 >= (g/σ0)²/2.
   const double gap = 0.2, alpha = 2, sigma0 = 0.999 * gap / alpha;
   const test::SampledShape sheets = test::two_sheets(2000, 2, gap, 160);
-  for (const Mixture& level : levels(sheets.cloud(), {.sigma0 = sigma0, .alpha = alpha})) {
+  for (const Mixture& level : levels(sheets.cloud(), published({.sigma0 = Length::scene(sigma0), .alpha = alpha}))) {
     double lower = 0;
     for (std::size_t s = 0; s < level.size(); ++s) {
       EXPECT_NEAR(std::abs(level.means[s].z()), gap / 2, 1e-14);
@@ -242,14 +256,17 @@ TEST(Hem, PairWithinTheBoundMergesAndBeyondItDoesNot) {
   for (const double alpha : {0.5, 2.0, 3.0}) {
     PointCloud pair;
     pair.positions = {Vec3(0, 0, 0), Vec3(0, 0.6, 0.8) * (alpha * 0.25 * (1 - 1e-9))};
-    const Mixture merged = build_mixture(pair, {.sigma0 = 0.25, .alpha = alpha, .max_levels = 1}, context);
+    const Mixture merged =
+        build_mixture(pair, published({.sigma0 = Length::scene(0.25), .alpha = alpha, .max_levels = 1}), context);
     ASSERT_EQ(merged.size(), 1U);
     EXPECT_EQ(merged.weights[0], 2.0);
     EXPECT_LT((merged.means[0] - 0.5 * pair.positions[1]).norm(), 1e-15);
     const Sym3 expected = Sym3::identity(0.0625) + 0.25 * Sym3::outer(pair.positions[1]);
     EXPECT_LT((merged.covariances[0].matrix() - expected.matrix()).norm(), 1e-15);
     pair.positions[1] *= 1 + 2e-9;
-    EXPECT_EQ(build_mixture(pair, {.sigma0 = 0.25, .alpha = alpha, .max_levels = 1}, context).size(), 2U);
+    EXPECT_EQ(build_mixture(pair, published({.sigma0 = Length::scene(0.25), .alpha = alpha, .max_levels = 1}), context)
+                  .size(),
+              2U);
   }
 }
 
@@ -265,7 +282,7 @@ TEST(Hem, NormalVarianceOfTwoUnitVectors) {
   for (const double angle : {0.0, 0.3, 1.0, 1.5})
     for (const double side : {-1.0, 1.0}) {
       pair.normals = {Vec3::UnitZ(), side * Vec3(std::sin(angle), 0, std::cos(angle))};
-      const Mixture m = build_mixture(pair, {.sigma0 = 0.25, .normals = true}, context);
+      const Mixture m = build_mixture(pair, published({.sigma0 = Length::scene(0.25), .normals = true}), context);
       ASSERT_EQ(m.size(), 1U);
       EXPECT_NEAR(m.normal_variances[0], -2 * std::log(std::cos(angle / 2)), 1e-14);
       EXPECT_LT((m.normals[0] - Vec3(std::sin(angle / 2), 0, std::cos(angle / 2))).norm(), 1e-14);
@@ -276,7 +293,7 @@ TEST(Hem, WrappedNormalsOnTheUnitSphere) {
   // With normal = position the resultant is the merged mean: axis = μ/|μ| and variance = -2 ln|μ| after one level.
   PointCloud cloud = test::random_sphere(3000, 170).cloud();
   cloud.normals = cloud.positions;
-  const std::vector<Mixture> all = levels(cloud, {.normals = true});
+  const std::vector<Mixture> all = levels(cloud, published({.normals = true}));
   ASSERT_GE(all.size(), 3U);
   for (std::size_t s = 0; s < all[1].size(); ++s) {
     EXPECT_LT((all[1].normals[s] - all[1].means[s].normalized()).norm(), 1e-12);
@@ -296,11 +313,11 @@ TEST(Hem, WrappedNormalsOnTheUnitSphere) {
 TEST(Hem, FlippingNormalsChangesNothingButTheirSign) {
   PointCloud cloud = test::random_sphere(2000, 171).cloud();
   cloud.normals = cloud.positions;
-  const Mixture reference = build_mixture(cloud, {.normals = true});
+  const Mixture reference = build_mixture(cloud, published({.normals = true}));
   Random random(172);
   for (Vec3& n : cloud.normals)
     if (random.uniform() < 0.5) n = -n;
-  const Mixture flipped = build_mixture(cloud, {.normals = true});
+  const Mixture flipped = build_mixture(cloud, published({.normals = true}));
   EXPECT_TRUE(same_bytes(flipped.means, reference.means));
   EXPECT_TRUE(same_bytes(flipped.covariances, reference.covariances));
   EXPECT_TRUE(same_bytes(flipped.normal_variances, reference.normal_variances));
@@ -311,7 +328,8 @@ TEST(Hem, FlippingNormalsChangesNothingButTheirSign) {
 
 TEST(Hem, NormalsDoNotInfluenceTheClustering) {
   const PointCloud cloud = test::random_sphere(1000, 173).cloud();
-  const Mixture with = build_mixture(cloud, {.normals = true}), without = build_mixture(cloud, {});
+  const Mixture with = build_mixture(cloud, published({.normals = true})),
+                without = build_mixture(cloud, published({}));
   EXPECT_TRUE(same_bytes(with.means, without.means));
   EXPECT_TRUE(same_bytes(with.covariances, without.covariances));
 }
@@ -323,7 +341,8 @@ TEST(Hem, ParentsAreDrawnWithTheGivenProbability) {
   for (const double probability : {0.1, 1.0 / 3, 0.7}) {
     RunContext context;
     context.seed = 5;
-    const Mixture m = build_mixture(cloud, {.sigma0 = 1, .parent_probability = probability, .max_levels = 1}, context);
+    const Mixture m = build_mixture(
+        cloud, published({.sigma0 = Length::scene(1), .parent_probability = probability, .max_levels = 1}), context);
     std::size_t drawn = 0;
     for (std::size_t i = 0; i < cloud.size(); ++i) drawn += random_uniform(5, 1, i) < probability ? 1 : 0;
     EXPECT_EQ(m.size(), drawn);
@@ -334,7 +353,7 @@ TEST(Hem, ParentsAreDrawnWithTheGivenProbability) {
 TEST(Hem, StopsBeforeALevelThatRemovesTooLittle) {
   const PointCloud cloud = random_cloud(400, 181);
   for (const double min_reduction : {0.025, 0.2, 0.45}) {
-    const HemOptions options{.sigma0 = 0.05, .min_reduction = min_reduction};
+    const HemOptions options = published({.sigma0 = Length::scene(0.05), .min_reduction = min_reduction});
     const std::vector<Mixture> all = levels(cloud, options);
     for (std::size_t l = 1; l < all.size(); ++l)
       EXPECT_LE(static_cast<double>(all[l].size()), (1 - min_reduction) * static_cast<double>(all[l - 1].size()));
@@ -345,20 +364,20 @@ TEST(Hem, StopsBeforeALevelThatRemovesTooLittle) {
 
 TEST(Hem, LargestNumberOfLevels) {
   const PointCloud cloud = random_cloud(2000, 182);
-  const std::vector<Mixture> all = levels(cloud, {.sigma0 = 0.1});
+  const std::vector<Mixture> all = levels(cloud, published({.sigma0 = Length::scene(0.1)}));
   ASSERT_GE(all.size(), 4U);
   for (int l = 1; l < 3; ++l) {
-    const Mixture m = build_mixture(cloud, {.sigma0 = 0.1, .max_levels = l});
+    const Mixture m = build_mixture(cloud, published({.sigma0 = Length::scene(0.1), .max_levels = l}));
     EXPECT_TRUE(same_bytes(m, all[static_cast<std::size_t>(l)]));
   }
 }
 
 TEST(Hem, TargetCountIsHit) {
   const PointCloud cloud = test::random_sphere(6000, 183).cloud();
-  const double least = static_cast<double>(build_mixture(cloud).size());
+  const double least = static_cast<double>(build_mixture(cloud, published({})).size());
   for (const double target : {1.3 * least, 1000.0, 1999.0, 2500.0, 4700.0}) {
     ASSERT_GT(target, least);
-    const Mixture m = build_mixture(cloud, {.target_components = static_cast<std::size_t>(target)});
+    const Mixture m = build_mixture(cloud, published({.target_components = static_cast<std::size_t>(target)}));
     EXPECT_NEAR(static_cast<double>(m.size()), target, 0.02 * target);
     EXPECT_NEAR(std::accumulate(m.weights.begin(), m.weights.end(), 0.0), 6000, 6000 * 1e-12);
     ASSERT_NO_THROW(validate(m));
@@ -368,7 +387,7 @@ TEST(Hem, TargetCountIsHit) {
 TEST(Hem, TargetBeyondTheCloudKeepsThePoints) {
   const PointCloud cloud = random_cloud(100, 184);
   for (const std::size_t target : {100, 101, 100000}) {
-    const Mixture m = build_mixture(cloud, {.sigma0 = 0.2, .target_components = target});
+    const Mixture m = build_mixture(cloud, published({.sigma0 = Length::scene(0.2), .target_components = target}));
     EXPECT_EQ(m.means, cloud.positions);
   }
 }
@@ -377,7 +396,7 @@ TEST(Hem, SeedsDecide) {
   const PointCloud cloud = random_cloud(1000, 185);
   RunContext one, other;
   one.seed = 7, other.seed = 8;
-  const HemOptions options{.sigma0 = 0.1};
+  const HemOptions options = published({.sigma0 = Length::scene(0.1)});
   EXPECT_TRUE(same_bytes(build_mixture(cloud, options, one), build_mixture(cloud, options, one)));
   EXPECT_FALSE(same_bytes(build_mixture(cloud, options, one), build_mixture(cloud, options, other)));
 }
@@ -386,7 +405,7 @@ TEST(Hem, SameBytesForAnyNumberOfThreads) {
   test::SampledShape shape = test::random_sphere(20000, 186);
   add_noise(shape, 0.005, 187);
   for (const InitialCovariance initial : {InitialCovariance::isotropic, InitialCovariance::local}) {
-    const HemOptions options{.initial = initial, .balance = true, .normals = true};
+    const HemOptions options{.flat_levels = 0, .initial = initial, .balance = true, .normals = true};
     RunContext context;
     context.threads = 1;
     const Mixture reference = build_mixture(shape.cloud(), options, context);
@@ -398,7 +417,7 @@ TEST(Hem, SameBytesForAnyNumberOfThreads) {
 }
 
 /// What the whole beginning of the chain makes of points in world coordinates.
-Mixture from_world(const std::vector<Vec3>& points, const HemOptions& options = {}) {
+Mixture from_world(const std::vector<Vec3>& points, const HemOptions& options = published({})) {
   PointCloud cloud;
   cloud.positions = points;
   return build_mixture(clean(cloud).cloud, options);
@@ -420,8 +439,9 @@ TEST(Hem, UnitsOfAThousandthKeepCountsAndPositions) {
   for (const InitialCovariance initial : {InitialCovariance::isotropic, InitialCovariance::local})
     for (std::uint64_t seed = 191; seed < 195; ++seed) {
       const std::vector<Vec3> points = test::random_sphere(5000, seed, 0.7, Vec3(0.1, 3, -0.7)).points;
-      const Mixture metres = from_world(points, {.initial = initial});
-      const Mixture millimetres = from_world(transformed(points, 1000, Vec3::Zero()), {.initial = initial});
+      const Mixture metres = from_world(points, {.flat_levels = 0, .initial = initial});
+      const Mixture millimetres =
+          from_world(transformed(points, 1000, Vec3::Zero()), {.flat_levels = 0, .initial = initial});
       ASSERT_EQ(millimetres.size(), metres.size());
       for (std::size_t s = 0; s < metres.size(); ++s) {
         EXPECT_LT(
@@ -463,20 +483,20 @@ TEST(Hem, EveryPointTwiceIsTwiceTheWeight) {
   PointCloud weighted;
   weighted.positions = points;
   weighted.weights.assign(points.size(), 2.0);
-  EXPECT_TRUE(same_bytes(from_world(twice), build_mixture(clean(weighted).cloud)));
+  EXPECT_TRUE(same_bytes(from_world(twice), build_mixture(clean(weighted).cloud, published({}))));
 }
 
 TEST(Hem, FewPoints) {
-  EXPECT_THROW(build_mixture(PointCloud{}, {.sigma0 = 1}), NoSurfaceError);
+  EXPECT_THROW(build_mixture(PointCloud{}, published({.sigma0 = Length::scene(1)})), NoSurfaceError);
   for (std::size_t n = 1; n <= 3; ++n) {
     const PointCloud cloud = random_cloud(n, 210);
-    const Mixture m = build_mixture(cloud, {.sigma0 = 0.1});
+    const Mixture m = build_mixture(cloud, published({.sigma0 = Length::scene(0.1)}));
     ASSERT_NO_THROW(validate(m));
     EXPECT_NEAR(std::accumulate(m.weights.begin(), m.weights.end(), 0.0), static_cast<double>(n), 1e-14);
     if (n < 3) {
-      EXPECT_THROW(build_mixture(cloud), NoSurfaceError);
+      EXPECT_THROW(build_mixture(cloud, published({})), NoSurfaceError);
     } else {
-      EXPECT_NO_THROW(build_mixture(cloud));
+      EXPECT_NO_THROW(build_mixture(cloud, published({})));
     }
   }
 }
@@ -484,7 +504,7 @@ TEST(Hem, FewPoints) {
 TEST(Hem, EqualPointsHaveNoSpacing) {
   PointCloud cloud;
   cloud.positions.assign(20, Vec3(0.5, 0.25, 0));
-  EXPECT_THROW(build_mixture(cloud), NoSurfaceError);
+  EXPECT_THROW(build_mixture(cloud, published({})), NoSurfaceError);
 }
 
 TEST(Hem, PointsOnALineStayThereAndTheFloorHolds) {
@@ -493,7 +513,7 @@ TEST(Hem, PointsOnALineStayThereAndTheFloorHolds) {
   const Vec3 axis = Vec3(1, 2, 2) / 3;
   PointCloud cloud;
   for (int i = 0; i < 4000; ++i) cloud.positions.push_back(i / 4000.0 * axis);
-  const Mixture m = build_mixture(cloud, {.sigma0 = 1e-4, .alpha = 10, .min_reduction = 0});
+  const Mixture m = build_mixture(cloud, published({.sigma0 = Length::scene(1e-4), .alpha = 10, .min_reduction = 0}));
   ASSERT_NO_THROW(validate(m));
   EXPECT_NEAR(moments(m).weight, 4000, 4000 * 1e-12);
   double flattest = 1;
@@ -512,7 +532,7 @@ TEST(Hem, MoreDetailFromASmallerKernel) {
   const double sigma0 = estimate_scale(cloud).sigma0;
   std::size_t before = 0;
   for (const double factor : {4.0, 2.0, 1.0, 0.5}) {
-    const std::size_t count = build_mixture(cloud, {.sigma0 = factor * sigma0}).size();
+    const std::size_t count = build_mixture(cloud, published({.sigma0 = Length::scene(factor * sigma0)})).size();
     EXPECT_GT(count, before);
     before = count;
   }
@@ -530,7 +550,7 @@ TEST(Hem, FlatLevelsThinOutWhatIsFlat) {
   PointCloud cloud = test::rectangle(12000, 4, 2, 31).cloud();
   for (Vec3& p : cloud.positions)
     if (p.x() > 0) p.z() = 0.06 * (1 - std::cos(12 * p.x()));
-  const HemOptions plain{.initial = InitialCovariance::local};
+  const HemOptions plain{.flat_levels = 0, .initial = InitialCovariance::local};
   HemOptions flat = plain;
   flat.flat_levels = 4;
   const auto without = left_and_right(build_mixture(cloud, plain)), with = left_and_right(build_mixture(cloud, flat));
@@ -547,18 +567,23 @@ TEST(Hem, FlatLevelsLeavePiecesOfThree) {
     RunContext context;
     context.seed = seed;
     // No level but flat ones: alpha is too small for others.
-    const HemOptions options{.sigma0 = 1, .alpha = 1e-3, .flat_levels = 4};
+    const HemOptions options{
+        .sigma0 = Length::scene(1), .alpha = 1e-3, .flat_levels = 4, .initial = InitialCovariance::isotropic};
     EXPECT_EQ(build_mixture(cloud, options, context).size(), 3U);
   }
   PointCloud many = test::rectangle(60, 8, 8, 5).cloud();
-  EXPECT_LT(build_mixture(many, {.sigma0 = 1, .alpha = 1e-3, .flat_levels = 4}).size(), 50U);
+  EXPECT_LT(
+      build_mixture(
+          many, {.sigma0 = Length::scene(1), .alpha = 1e-3, .flat_levels = 4, .initial = InitialCovariance::isotropic})
+          .size(),
+      50U);
 }
 
 TEST(Hem, CancelStops) {
   std::atomic<bool> cancel{true};
   RunContext context;
   context.cancel = &cancel;
-  EXPECT_THROW(build_mixture(random_cloud(100, 212), {.sigma0 = 0.1}, context), Cancelled);
+  EXPECT_THROW(build_mixture(random_cloud(100, 212), published({.sigma0 = Length::scene(0.1)}), context), Cancelled);
 }
 
 TEST(Hem, OptionsOutOfRangeNameTheField) {
@@ -568,18 +593,18 @@ TEST(Hem, OptionsOutOfRangeNameTheField) {
     EXPECT_THAT([&] { build_mixture(cloud, options); }, ThrowsMessage<OptionError>(HasSubstr(field))) << field;
   };
   for (const double bad : {-1.0, nan, inf}) {
-    expect({.sigma0 = bad}, "sigma0");
-    expect({.spacing = bad}, "spacing");
+    expect({.sigma0 = Length::scene(bad)}, "sigma0");
+    expect({.spacing = Length::scene(bad)}, "spacing");
     expect({.alpha = bad}, "alpha");
-    expect({.parent_probability = bad}, "parent_probability");
-    expect({.min_reduction = bad}, "min_reduction");
+    expect({.parent_probability = bad}, "parent-probability");
+    expect({.min_reduction = bad}, "min-reduction");
   }
   expect({.alpha = 0}, "alpha");
   expect({.alpha = 10.5}, "alpha");
-  expect({.parent_probability = 0}, "parent_probability");
-  expect({.parent_probability = 1}, "parent_probability");
-  expect({.min_reduction = 1}, "min_reduction");
-  expect({.max_levels = -1}, "max_levels");
+  expect({.parent_probability = 0}, "parent-probability");
+  expect({.parent_probability = 1}, "parent-probability");
+  expect({.min_reduction = 1}, "min-reduction");
+  expect({.max_levels = -1}, "hem-levels");
   expect({.neighbors = 3}, "neighbors");
   expect({.neighbors = 1001}, "neighbors");
   expect({.alpha = 77}, "77");

@@ -20,8 +20,8 @@ constexpr double sampling = 0.0045;
 CompareOptions options(double fscore_rel = 0.0025, double far_rel = 0.01) {
   CompareOptions o;
   o.samples = n;
-  o.fscore_rel = fscore_rel;
-  o.far_rel = far_rel;
+  o.fscore = Length::of_diagonal(fscore_rel);
+  o.far = Length::of_diagonal(far_rel);
   return o;
 }
 

@@ -105,7 +105,7 @@ TEST(MaxError, GivesCoarserMeshesTheMoreItIs) {
   const std::size_t automatic = vertices;
   for (const double limit : {0.0025, 0.005, 0.01, 0.02}) {
     ReconstructOptions options;
-    options.max_error_rel = limit;
+    options.max_error = Length::of_diagonal(limit);
     const Reconstruction result = reconstruct(cloud, options);
     const ScaleSearchReport& search = *result.report.scale->search;
     const ScaleTrial& chosen = search.tried[search.chosen];
@@ -126,7 +126,7 @@ TEST(MaxError, GivesCoarserMeshesTheMoreItIs) {
 TEST(MaxError, OutOfReachKeepsTheAutomaticKernelAndSaysSo) {
   const PointCloud cloud = waves(4000);
   ReconstructOptions options;
-  options.max_error_rel = 1e-6;
+  options.max_error = Length::of_diagonal(1e-6);
   const Reconstruction result = reconstruct(cloud, options);
   EXPECT_EQ(bytes(result), bytes(reconstruct(cloud)));
   ASSERT_EQ(result.report.warnings.size(), 1u);
@@ -173,7 +173,7 @@ TEST(ChooseScale, DoesNotDependOnThreads) {
   for (const bool by_budget : {true, false}) {
     ReconstructOptions options;
     options.check_scale = true;
-    (by_budget ? options.budget = 150 : options.max_error_rel = 0.01);
+    (by_budget ? options.budget = 150 : options.max_error = Length::of_diagonal(0.01));
     RunContext one, three;
     one.threads = 1;
     three.threads = 3;
@@ -187,7 +187,7 @@ TEST(ChooseScale, TakesTinyClouds) {
   const PointCloud cloud = test::noisy_sphere(200, 0.01);
   ReconstructOptions options;
   options.check_scale = true;
-  options.max_error_rel = 0.01;
+  options.max_error = Length::of_diagonal(0.01);
   const Reconstruction result = reconstruct(cloud, options);
   EXPECT_EQ(bytes(result), bytes(reconstruct(cloud)));
   EXPECT_EQ(result.report.warnings.size(), 2u);
@@ -199,14 +199,14 @@ TEST(ChooseScale, RefusesContradictions) {
     change(options);
     EXPECT_THROW(options.check(), OptionError);
   };
-  refused([](ReconstructOptions& o) { o.budget = 10, o.max_error_rel = 0.1; });
+  refused([](ReconstructOptions& o) { o.budget = 10, o.max_error = Length::of_diagonal(0.1); });
   refused([](ReconstructOptions& o) { o.budget = 10, o.detail = 2; });
-  refused([](ReconstructOptions& o) { o.budget = 10, o.sigma0_rel = 0.1; });
+  refused([](ReconstructOptions& o) { o.budget = 10, o.hem.sigma0 = Length::of_diagonal(0.1); });
   refused([](ReconstructOptions& o) { o.budget = 10, o.hem.target_components = 5; });
   refused([](ReconstructOptions& o) { o.budget = 10, o.fit.max_vertices = 5; });
-  refused([](ReconstructOptions& o) { o.max_error_rel = 0.1, o.detail = 2; });
-  refused([](ReconstructOptions& o) { o.max_error_rel = 0.1, o.fit.max_vertices = 5; });
-  refused([](ReconstructOptions& o) { o.max_error_rel = -1; });
+  refused([](ReconstructOptions& o) { o.max_error = Length::of_diagonal(0.1), o.detail = 2; });
+  refused([](ReconstructOptions& o) { o.max_error = Length::of_diagonal(0.1), o.fit.max_vertices = 5; });
+  refused([](ReconstructOptions& o) { o.max_error = Length::of_diagonal(-1); });
   ReconstructOptions options;
   options.budget = 100;
   EXPECT_THROW(reconstruct(Mixture{}, options), OptionError);

@@ -54,8 +54,8 @@ TEST(PointNormals, do_not_depend_on_the_order_of_the_points) {
 TEST(PointNormals, a_mixture_in_a_frame_of_its_own_serves_as_well) {
   const PointCloud cloud = test::noisy_sphere(3000, 0.01);
   PointNormalsOptions options = by(NormalMethod::csw);
-  options.h_rel = 0.1;
-  Mixture mixture = build_mixture(cloud, {.initial = InitialCovariance::local, .normals = true});
+  options.support_radius = Length::of_diagonal(0.1);
+  Mixture mixture = build_mixture(cloud, {.flat_levels = 0, .normals = true});
   const std::vector<Vec3> normals = point_normals(cloud, options, {.mixture = &mixture}).normals;
   mixture.frame = {Vec3(1, 2, 3), -3};
   for (Vec3& m : mixture.means) m = mixture.frame.to_local(m);

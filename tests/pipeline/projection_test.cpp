@@ -64,8 +64,8 @@ TEST(Projection, EveryMethodIsItsOperator) {
     EXPECT_EQ(projected(cloud, by(method)).positions, project(particles, places, options).positions);
   }
   HemOptions hem = defaults.hem;
-  hem.sigma0 = projection_sigma0(cloud.scale, hem.initial);
-  hem.spacing = cloud.scale.spacing;
+  hem.sigma0 = Length::scene(cloud.clean.cloud.frame.scale() * projection_sigma0(cloud.scale, hem.initial));
+  hem.spacing = Length::scene(cloud.clean.cloud.frame.scale() * cloud.scale.spacing);
   options.balance = false;
   EXPECT_EQ(projected(cloud, by(ProjectionMethod::clop)).positions,
             project(particles, build_mixture(places, hem), options).positions);
@@ -83,10 +83,10 @@ TEST(Projection, AttributesComeFromTheNearestPoint) {
 TEST(Projection, AsManyParticlesAsAskedFor) {
   const PreparedCloud cloud = prepare(noisy_sphere(2000, 0.01));
   ProjectionOptions options;
-  options.particles.count = 500;
+  options.particles.particles.count = 500;
   EXPECT_EQ(projected(cloud, options).size(), 500U);
-  options.particles.count = 0;
-  options.particles.ratio = 3;
+  options.particles.particles.count = 0;
+  options.particles.particles.ratio = 3;
   EXPECT_EQ(projected(cloud, options).size(), 6000U);
 }
 
@@ -118,10 +118,10 @@ TEST(Projection, TheChainUsesItAndStaysClosed) {
 TEST(Projection, WhatContradictsIsRefused) {
   ReconstructOptions options;
   options.projection.emplace();
-  options.max_error_rel = 0.01;
+  options.max_error = Length::of_diagonal(0.01);
   EXPECT_THROW(options.check(), OptionError);
   ProjectionOptions bad;
-  bad.h_rel = -1;
+  bad.support_radius = Length::of_diagonal(-1);
   EXPECT_THROW(bad.check(), OptionError);
 }
 

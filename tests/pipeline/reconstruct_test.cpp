@@ -381,11 +381,45 @@ TEST(MixtureStage, DividesTheWidthByDetailAndClampsIt) {
   EXPECT_EQ(kernel_width(cloud, isotropic, 0), cloud.scale.sigma0 * unit);
 }
 
-TEST(MixtureStage, TakesAWidthRelativeToTheDiagonal) {
+TEST(MixtureStage, TakesWidthAndSpacingInAnyUnit) {
   const PreparedCloud cloud = prepare(test::scaled(noisy_sphere(1000, noise), 5));
+  const double unit = cloud.clean.cloud.frame.scale();
+  const auto width = [&](const Length& sigma0) {
+    ReconstructOptions options;
+    options.hem.sigma0 = sigma0;
+    return kernel_width(cloud, options, 0);
+  };
+  EXPECT_DOUBLE_EQ(width(Length::of_diagonal(0.01)), 0.01 * cloud.diagonal * unit);
+  EXPECT_DOUBLE_EQ(width(Length::spacings(1.5)), 1.5 * cloud.scale.spacing * unit);
+  EXPECT_DOUBLE_EQ(width(Length::scene(0.3)), 0.3);
   ReconstructOptions options;
-  options.sigma0_rel = 0.01;
-  EXPECT_DOUBLE_EQ(kernel_width(cloud, options, 0), 0.01 * cloud.diagonal * cloud.clean.cloud.frame.scale());
+  options.hem.spacing = Length::scene(0.25);
+  ErrorReport report;
+  EXPECT_DOUBLE_EQ(mixture_stage(cloud, options, {}, report).spacing * unit, 0.25);
+}
+
+TEST(Reconstruct, RefinesAsSubdivideOptionsSay) {
+  const PointCloud cloud = test::scaled(noisy_sphere(1000, noise), 5);
+  ReconstructOptions options;
+  options.subdivide.levels = 0;
+  const Reconstruction coarse = reconstruct(cloud, options);
+  EXPECT_EQ(coarse.mesh.faces.size(), coarse.covmesh.faces.size());
+  EXPECT_EQ(coarse.report.mesh->level, 0);
+  // A share of the diagonal and the same in scene units.
+  options.subdivide.levels.reset();
+  options.subdivide.tolerance = Length::of_diagonal(0.001);
+  const Reconstruction relative = reconstruct(cloud, options);
+  options.subdivide.tolerance = Length::scene(0.001 * relative.report.diagonal);
+  EXPECT_EQ(bytes(relative), bytes(reconstruct(cloud, options)));
+  options.subdivide.tolerance = Length::scene(0.002 * relative.report.diagonal);
+  EXPECT_LT(reconstruct(cloud, options).mesh.faces.size(), relative.mesh.faces.size());
+}
+
+TEST(Reconstruct, RefusesAWidthBesideDetail) {
+  ReconstructOptions options;
+  options.hem.sigma0 = Length::spacings(2);
+  options.detail = 1.5;
+  EXPECT_THROW(reconstruct(noisy_sphere(100, noise), options), OptionError);
 }
 
 TEST(SubdivideStage, RefinesUntilEdgesAreAboutASpacing) {
@@ -409,7 +443,7 @@ TEST(SubdivideStage, RefinesUntilEdgesAreAboutASpacing) {
   }
   EXPECT_LT(levels.front(), levels.back());
   ReconstructOptions options;
-  options.levels = 1;
+  options.subdivide.levels = 1;
   EXPECT_EQ(reconstruct(cloud, options).report.mesh->level, 1);
 }
 
@@ -432,7 +466,7 @@ TEST(Reconstruct, TurnsAnOpenSheetToTheSensor) {
       test::shifted(test::scaled(test::rectangle(2000, 2, 2, 4).cloud(), 100), Vec3(3000, -2000, 500));
   for (const double side : {-1.0, 1.0}) {
     ReconstructOptions options;
-    options.sensor = Vec3(3000, -2000, 500 + side * 80);
+    options.triangulate.sensor = Vec3(3000, -2000, 500 + side * 80);
     const Reconstruction result = reconstruct(cloud, options);
     for (const Vec3& normal : result.mesh.normals) EXPECT_GT(side * normal.z(), 0.999);
   }
@@ -457,7 +491,7 @@ TEST(Reconstruct, TurnsAnOpenSheetToWherePointsWereSeenFromOrTheirNormalsPoint) 
       EXPECT_GT(-side * side_of(cloud, options), 0.999);
       cloud.sensors.assign(cloud.size(), shift + Vec3(50, 0, 80 * side));  // has precedence over normals
       EXPECT_GT(side * side_of(cloud, options), 0.999);
-      options.sensor = shift - Vec3(0, 0, 80 * side);  // and this over both
+      options.triangulate.sensor = shift - Vec3(0, 0, 80 * side);  // and this over both
       EXPECT_GT(-side * side_of(cloud, options), 0.999);
     }
 }
@@ -513,14 +547,14 @@ TEST(Reconstruct, RefusesOptionsOutOfRange) {
   for (const double detail : {0.0, -1.0, 101.0, nan})
     EXPECT_THAT(message([&](O& o) { o.detail = detail; }), HasSubstr("detail")) << detail;
   for (const double width : {-0.1, std::numeric_limits<double>::infinity(), nan})
-    EXPECT_THAT(message([&](O& o) { o.sigma0_rel = width; }), HasSubstr("sigma0_rel")) << width;
+    EXPECT_THAT(message([&](O& o) { o.hem.sigma0 = Length::of_diagonal(width); }), HasSubstr("sigma0")) << width;
   for (const int levels : {-2, 9})
-    EXPECT_THAT(message([&](O& o) { o.levels = levels; }), HasSubstr("levels")) << levels;
-  EXPECT_THAT(message([](O& o) { o.sensor = Vec3(0, nan, 0); }), HasSubstr("sensor"));
+    EXPECT_THAT(message([&](O& o) { o.subdivide.levels = levels; }), HasSubstr("levels")) << levels;
+  EXPECT_THAT(message([](O& o) { o.triangulate.sensor = Vec3(0, nan, 0); }), HasSubstr("sensor"));
   EXPECT_THAT(message([](O& o) { o.fit.steps = -1; }), HasSubstr("steps"));
   EXPECT_THAT(message([](O& o) { o.scale.isolation = 0.5; }), HasSubstr("isolation"));
   EXPECT_THAT(message([](O& o) { o.hem.alpha = 0; }), HasSubstr("alpha"));
-  EXPECT_THAT(message([](O& o) { o.triangulate.min_overlap = 2; }), HasSubstr("min_overlap"));
+  EXPECT_THAT(message([](O& o) { o.triangulate.min_overlap = 2; }), HasSubstr("min-overlap"));
 }
 
 TEST(Reconstruct, StopsWhenCancelled) {

@@ -70,8 +70,8 @@ TEST(VirtualScan, WithoutErrorsLiesOnTheVisibleSurface) {
 TEST(VirtualScan, NoiseIsNormalAlongTheRay) {
   const TurnedBall solid = make_workpiece();
   ScanOptions options = options_of(20'000);
-  options.noise_rel = 0.0006;
-  const double sigma = options.noise_rel * solid.diagonal();
+  options.noise = Length::of_diagonal(0.0006);
+  const double sigma = options.noise.number() * solid.diagonal();
   const VirtualScan result = virtual_scan(solid, options);
   std::vector<double> noise(result.cloud.size());
   for (std::size_t i = 0; i < noise.size(); ++i) {
@@ -86,8 +86,8 @@ TEST(VirtualScan, NoiseIsNormalAlongTheRay) {
 TEST(VirtualScan, DistanceFromTheSolidIsTheNoiseTimesTheCosine) {
   const Cuboid solid(Vec3(3, 2, 1));
   ScanOptions options = options_of(20'000);
-  options.noise_rel = 1e-6;
-  const double sigma = options.noise_rel * solid.diagonal();
+  options.noise = Length::of_diagonal(1e-6);
+  const double sigma = options.noise.number() * solid.diagonal();
   const VirtualScan result = virtual_scan(solid, options);
   std::vector<double> scaled(result.cloud.size());
   for (std::size_t i = 0; i < scaled.size(); ++i)
@@ -99,7 +99,7 @@ TEST(VirtualScan, DistanceFromTheSolidIsTheNoiseTimesTheCosine) {
 TEST(VirtualScan, RegistrationMovesEachViewRigidly) {
   const TurnedBall solid = make_workpiece();
   ScanOptions options = options_of(3000);
-  options.registration_shift_rel = 0.3 / solid.diagonal();
+  options.registration_shift = Length::of_diagonal(0.3 / solid.diagonal());
   options.registration_angle = 0.05;
   const VirtualScan result = virtual_scan(solid, options);
   double largest = 0;
@@ -117,14 +117,14 @@ TEST(VirtualScan, RegistrationErrorsAreNormal) {
   const Lathe sphere = make_sphere(1);
   ScanOptions options = options_of(4000);
   options.views = 4000;
-  options.registration_shift_rel = 0.003;
+  options.registration_shift = Length::of_diagonal(0.003);
   std::vector<double> shifts;
   {
     const VirtualScan result = virtual_scan(sphere, options);
     for (std::size_t i = 0; i < result.cloud.size(); ++i) {
       if (i > 0 && result.view[i] == result.view[i - 1]) continue;
       const Vec3 shift =
-          (result.cloud.positions[i] - result.surface[i]) / (options.registration_shift_rel * sphere.diagonal());
+          (result.cloud.positions[i] - result.surface[i]) / (options.registration_shift.number() * sphere.diagonal());
       shifts.insert(shifts.end(), {shift.x(), shift.y(), shift.z()});
     }
   }
@@ -132,7 +132,7 @@ TEST(VirtualScan, RegistrationErrorsAreNormal) {
   expect_standard_normal(shifts);
 
   // A point s moves by ω × s, so its component along any unit vector u across s is normal too.
-  options.registration_shift_rel = 0;
+  options.registration_shift = Length::of_diagonal(0);
   options.registration_angle = 1e-5;
   const VirtualScan result = virtual_scan(sphere, options);
   std::vector<double> turns;
@@ -147,7 +147,7 @@ TEST(VirtualScan, RegistrationErrorsAreNormal) {
 TEST(VirtualScan, HasAsManyOutliersAsAskedFor) {
   const TurnedBall solid = make_workpiece();
   ScanOptions options = options_of(20'000);
-  options.noise_rel = 0.0006;
+  options.noise = Length::of_diagonal(0.0006);
   options.outlier_share = 0.025;
   const VirtualScan result = virtual_scan(solid, options);
   ASSERT_EQ(result.cloud.size(), 20'000u);
@@ -166,7 +166,7 @@ TEST(VirtualScan, HasAsManyOutliersAsAskedFor) {
       ASSERT_GE(places.back(), 0);
       ASSERT_LE(places.back(), 1);
     } else {
-      ASSERT_LT(error.norm(), 6 * options.noise_rel * solid.diagonal());
+      ASSERT_LT(error.norm(), 6 * options.noise.number() * solid.diagonal());
     }
   }
   const double mean = std::accumulate(places.begin(), places.end(), 0.0) / 500;
@@ -180,13 +180,13 @@ TEST(VirtualScan, HasAsManyOutliersAsAskedFor) {
 TEST(VirtualScan, NoiseGrowsTowardsGrazingRays) {
   const Lathe sphere = make_sphere(1);
   ScanOptions options = options_of(20'000);
-  options.noise_rel = 1e-5;
+  options.noise = Length::of_diagonal(1e-5);
   options.noise_growth = 0.5;
   const VirtualScan result = virtual_scan(sphere, options);
   std::vector<double> scaled(result.cloud.size());
   for (std::size_t i = 0; i < scaled.size(); ++i) {
     const Vec3 ray = ray_of(result, i);
-    const double sigma = options.noise_rel * sphere.diagonal() / std::sqrt(-ray.dot(result.cloud.normals[i]));
+    const double sigma = options.noise.number() * sphere.diagonal() / std::sqrt(-ray.dot(result.cloud.normals[i]));
     scaled[i] = (result.cloud.positions[i] - result.surface[i]).dot(ray) / sigma;
   }
   expect_standard_normal(scaled);
@@ -197,9 +197,9 @@ TEST(VirtualScan, NoiseGrowsTowardsGrazingRays) {
 TEST(VirtualScan, BiasVariesSlowlyOverEachView) {
   const Lathe sphere = make_sphere(1);
   ScanOptions options = options_of(20'000);
-  options.bias_rel = 0.01;
+  options.bias = Length::of_diagonal(0.01);
   const VirtualScan result = virtual_scan(sphere, options);
-  const double amplitude = options.bias_rel * sphere.diagonal();
+  const double amplitude = options.bias.number() * sphere.diagonal();
   std::vector<double> bias(result.cloud.size());
   double mean = 0, square = 0;
   for (std::size_t i = 0; i < bias.size(); ++i) {
@@ -229,7 +229,7 @@ TEST(VirtualScan, SpikesMoveAlongTheRayByAtMostTheirLength) {
   ScanOptions options = options_of(20'000);
   options.outlier_share = 0.01;
   options.spike_share = 0.1;
-  options.spike_rel = 0.05;
+  options.spike_length = Length::of_diagonal(0.05);
   const VirtualScan result = virtual_scan(sphere, options);
   ASSERT_EQ(result.spikes.size(), 2000u);
   EXPECT_TRUE(std::is_sorted(result.spikes.begin(), result.spikes.end(), std::less_equal<>()));
@@ -243,9 +243,9 @@ TEST(VirtualScan, SpikesMoveAlongTheRayByAtMostTheirLength) {
     const Vec3 error = result.cloud.positions[i] - result.surface[i];
     if (error.norm() > 0) ++moved;
     if (!std::binary_search(result.spikes.begin(), result.spikes.end(), i)) continue;
-    const double length = error.dot(ray_of(result, i)) / (options.spike_rel * sphere.diagonal());
+    const double length = error.dot(ray_of(result, i)) / (options.spike_length.number() * sphere.diagonal());
     ASSERT_LE(std::abs(length), 1);
-    ASSERT_NEAR(error.norm(), std::abs(length) * options.spike_rel * sphere.diagonal(), 1e-12);
+    ASSERT_NEAR(error.norm(), std::abs(length) * options.spike_length.number() * sphere.diagonal(), 1e-12);
     mean += std::abs(length) / 2000;
   }
   EXPECT_EQ(moved, 2200u);
@@ -313,20 +313,26 @@ TEST(VirtualScan, RefusesOptionsOutOfRange) {
     }
     return "accepted";
   };
-  EXPECT_THAT(message([](ScanOptions& o) { o.points = 0; }), HasSubstr("points = 0"));
-  EXPECT_THAT(message([](ScanOptions& o) { o.views = 0; }), HasSubstr("views = 0"));
-  EXPECT_THAT(message([](ScanOptions& o) { o.distance = 1; }), HasSubstr("distance = 1"));
-  EXPECT_THAT(message([](ScanOptions& o) { o.max_incidence = 2; }), HasSubstr("max_incidence = 2"));
-  EXPECT_THAT(message([](ScanOptions& o) { o.noise_rel = -1; }), HasSubstr("noise_rel = -1"));
-  EXPECT_THAT(message([](ScanOptions& o) { o.noise_rel = NAN; }), HasSubstr("noise_rel = nan"));
-  EXPECT_THAT(message([](ScanOptions& o) { o.noise_growth = 5; }), HasSubstr("noise_growth = 5"));
-  EXPECT_THAT(message([](ScanOptions& o) { o.bias_rel = -1; }), HasSubstr("bias_rel = -1"));
-  EXPECT_THAT(message([](ScanOptions& o) { o.registration_shift_rel = -1; }), HasSubstr("registration_shift_rel = -1"));
-  EXPECT_THAT(message([](ScanOptions& o) { o.registration_angle = 4; }), HasSubstr("registration_angle = 4"));
-  EXPECT_THAT(message([](ScanOptions& o) { o.outlier_share = 2; }), HasSubstr("outlier_share = 2"));
-  EXPECT_THAT(message([](ScanOptions& o) { o.spike_share = -1; }), HasSubstr("spike_share = -1"));
-  EXPECT_THAT(message([](ScanOptions& o) { o.spike_rel = -1; }), HasSubstr("spike_rel = -1"));
-  EXPECT_THAT(message([](ScanOptions& o) { o.outlier_share = o.spike_share = 0.75; }), HasSubstr("= 1.5"));
+  EXPECT_THAT(message([](ScanOptions& o) { o.points = 0; }), HasSubstr("points must be in [1, 4294967294], not 0"));
+  EXPECT_THAT(message([](ScanOptions& o) { o.views = 0; }), HasSubstr("views must be in [1, 10000], not 0"));
+  EXPECT_THAT(message([](ScanOptions& o) { o.distance = 1; }), HasSubstr("distance must be in (1, 1000], not 1"));
+  EXPECT_THAT(message([](ScanOptions& o) { o.max_incidence = 91; }),
+              HasSubstr("max-incidence must be in (0, 90] degrees, not 91"));
+  EXPECT_THAT(message([](ScanOptions& o) { o.noise = Length::of_diagonal(-1); }),
+              HasSubstr("noise must be >= 0, not -100%"));
+  EXPECT_THAT(message([](ScanOptions& o) { o.noise = Length::of_diagonal(NAN); }), HasSubstr("noise must be"));
+  EXPECT_THAT(message([](ScanOptions& o) { o.noise_growth = 5; }), HasSubstr("noise-growth must be in [0, 4], not 5"));
+  EXPECT_THAT(message([](ScanOptions& o) { o.bias = Length::of_diagonal(-1); }),
+              HasSubstr("bias must be >= 0, not -100%"));
+  EXPECT_THAT(message([](ScanOptions& o) { o.registration_shift = Length::of_diagonal(-1); }),
+              HasSubstr("registration must be >= 0, not -100%"));
+  EXPECT_THAT(message([](ScanOptions& o) { o.registration_angle = 200; }),
+              HasSubstr("registration-angle must be in [0, 180] degrees, not 200"));
+  EXPECT_THAT(message([](ScanOptions& o) { o.outlier_share = 2; }), HasSubstr("outliers must be in [0, 1], not 2"));
+  EXPECT_THAT(message([](ScanOptions& o) { o.spike_share = -1; }), HasSubstr("spikes must be in [0, 1], not -1"));
+  EXPECT_THAT(message([](ScanOptions& o) { o.spike_length = Length::of_diagonal(-1); }),
+              HasSubstr("spike-length must be >= 0, not -100%"));
+  EXPECT_THAT(message([](ScanOptions& o) { o.outlier_share = o.spike_share = 0.75; }), HasSubstr("not 1.5"));
   EXPECT_EQ(message([](ScanOptions&) {}), "accepted");
 }
 
@@ -349,7 +355,7 @@ TEST(Workpiece, IsScannedAllOver) {
   RunContext context;
   ScanOptions options = options_of(100'000);
   options.views = 36;
-  options.noise_rel = 0.0004;
+  options.noise = Length::of_diagonal(0.0004);
   const VirtualScan result = virtual_scan(solid, options, context);
   const Neighbors points(result.cloud.positions);
   std::vector<Neighbor> found;

@@ -96,7 +96,7 @@ TEST_F(Flips, EndWhereNoFlipRaisesTheGrade) {
         for (std::size_t g = 0; g < flipped.size(); ++g)
           for (std::size_t j = 0; j < 3; ++j)
             smallest = std::min(smallest, angle_at(trial, flipped[g][j], flipped[g][(j + 1) % 3]));
-        if (smallest > options_.min_dihedral) {
+        if (smallest > radians(options_.min_dihedral)) {
           EXPECT_LE(total_grade(trial, graph_), after + 1e-8);
         }
       }

@@ -97,10 +97,9 @@ TEST_F(HoledSphere, FillsLoopsUpToTheLength) {
   for (std::size_t k = 0; k < 3; ++k)  // a hole of angle r has a rim of 2π sin r, within an edge or so
     EXPECT_NEAR(lengths[k], 2 * std::numbers::pi * std::sin(radius[k]), 0.5);
   const double diagonal = bounding_box_diagonal(open.vertices.means);
-  options_.holes = HolePolicy::fill;
   for (std::size_t k = 0; k < 3; ++k)
     for (const double factor : {1 - 1e-9, 1 + 1e-9}) {
-      options_.fill_length_rel = factor * lengths[k] / diagonal;
+      options_.holes = HoleRule::fill(Length::of_diagonal(factor * lengths[k] / diagonal));
       const Triangulation filled = triangulate(mixture_, options_);
       expect_sound(filled);
       const std::size_t expected = factor > 1 ? k + 1 : k;
@@ -148,8 +147,8 @@ TEST(Holes, AHoleInASheetIsFilledInItsPlane) {
   const Triangulation open = triangulate(mixture, options);
   expect_sound(open);
   EXPECT_THAT(open.loop_reasons, UnorderedElementsAre(LoopReason::rim, LoopReason::no_points));
-  options.holes = HolePolicy::fill;
-  options.fill_length_rel = 1.3 * 2 * std::numbers::pi * 5 / bounding_box_diagonal(open.mesh.vertices.means);
+  options.holes = HoleRule::fill(
+      Length::of_diagonal(1.3 * 2 * std::numbers::pi * 5 / bounding_box_diagonal(open.mesh.vertices.means)));
   const Triangulation filled = triangulate(mixture, options);
   expect_sound(filled);
   EXPECT_THAT(filled.loop_reasons, UnorderedElementsAre(LoopReason::rim));

@@ -300,7 +300,7 @@ TEST(Triangulate, MixturesOfNoisyScansAreSound) {
       SampledShape shape = seed % 2 == 1 ? test::random_sphere(4000, seed)
                                          : test::box(4000, Vec3(0.6, 0.4, 0.02 * static_cast<double>(seed)), seed);
       add_noise(shape, noise * shape.spacing(), seed + 100);
-      const Mixture mixture = build_mixture(shape.cloud());
+      const Mixture mixture = build_mixture(shape.cloud(), {.flat_levels = 0, .initial = InitialCovariance::isotropic});
       expect_sound(mixture, triangulate(mixture));
     }
 }
@@ -312,7 +312,9 @@ TEST(Triangulate, KernelsTooSmallForASheetAreSound) {
     SCOPED_TRACE(seed);
     SampledShape shape = test::random_sphere(3000, seed);
     add_noise(shape, 2 * shape.spacing(), seed + 200);
-    const Mixture mixture = build_mixture(shape.cloud(), {.sigma0 = 0.6 * shape.spacing()});
+    const Mixture mixture = build_mixture(
+        shape.cloud(),
+        {.sigma0 = Length::scene(0.6 * shape.spacing()), .flat_levels = 0, .initial = InitialCovariance::isotropic});
     const Triangulation result = triangulate(mixture);
     expect_sound(mixture, result);
     specks += result.dropped_specks;
@@ -334,7 +336,7 @@ TEST(Triangulate, RandomGaussiansAreSound) {
       mixture.weights.push_back(random.uniform(0.1, 5));
     }
     const TriangulateOptions options{.min_overlap = random.uniform() < 0.5 ? 0.01 : 1e-4,
-                                     .min_dihedral = random.uniform() < 0.5 ? 0 : 0.5,
+                                     .min_dihedral = random.uniform() < 0.5 ? 0 : 28.6,
                                      .min_component_share = random.uniform(0, 0.2)};
     try {
       const Triangulation result = triangulate(mixture, options);
@@ -370,7 +372,7 @@ TEST(Triangulate, TinyIntegerGridsAreSound) {
                                                     : Sym3::diagonal(0.01, 1, 0.01));
           mixture.weights.push_back(static_cast<double>(1 + random.below(9)));
         }
-    const TriangulateOptions options{.min_dihedral = seed % 3 == 0 ? 0 : 0.5,
+    const TriangulateOptions options{.min_dihedral = seed % 3 == 0 ? 0 : 28.6,
                                      .min_component_share = seed % 2 == 0 ? 0 : 0.2};
     try {
       const Triangulation result = triangulate(mixture, options);
@@ -433,7 +435,7 @@ TEST(Triangulate, OrderOfTheComponentsDoesNotMatter) {
 TEST(Triangulate, SameForAnyNumberOfThreads) {
   SampledShape shape = test::random_sphere(10000, 57);
   add_noise(shape, shape.spacing(), 58);
-  const Mixture mixture = build_mixture(shape.cloud());
+  const Mixture mixture = build_mixture(shape.cloud(), {.flat_levels = 0, .initial = InitialCovariance::isotropic});
   RunContext context;
   context.threads = 1;
   const Triangulation reference = triangulate(mixture, {}, context);
@@ -520,15 +522,16 @@ TEST(Triangulate, OptionsOutOfRangeNameTheField) {
   const auto expect = [&](const TriangulateOptions& options, const char* field) {
     EXPECT_THAT([&] { triangulate(mixture, options); }, ThrowsMessage<OptionError>(HasSubstr(field))) << field;
   };
-  for (const double bad : {-0.1, 5.0, nan}) {
-    expect({.min_overlap = bad}, "min_overlap");
-    expect({.min_dihedral = bad}, "min_dihedral");
-    expect({.min_component_share = bad}, "min_component_share");
-    expect({.min_weight_share = bad}, "min_weight_share");
+  for (const double bad : {-0.1, 500.0, nan}) {
+    expect({.min_overlap = bad}, "min-overlap");
+    expect({.min_dihedral = bad}, "min-dihedral");
+    expect({.min_component_share = bad}, "min-component");
+    expect({.min_weight_share = bad}, "min-weight");
   }
-  expect({.min_overlap = 0}, "min_overlap");
-  expect({.max_pinhole_edges = -1}, "max_pinhole_edges");
-  expect({.fill_length_rel = -0.1}, "fill_length_rel");
+  expect({.min_overlap = 0}, "min-overlap");
+  expect({.max_pinhole_edges = -1}, "max-pinhole");
+  expect({.holes = HoleRule::fill(Length::of_diagonal(-0.1))}, "holes");
+  expect({.holes = HoleRule::fill({})}, "holes");
   expect({.sensor = Vec3(0, nan, 0)}, "sensor");
 }
 
