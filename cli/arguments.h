@@ -33,17 +33,18 @@ struct GlobalOptions {
 
   static OptionTable fields() {
     using O = GlobalOptions;
-    return {field<&O::threads>("threads", "[0, 1024]",
-                               "number of threads, 0 = OMP_NUM_THREADS or all of the machine; results do not depend on it"),
-            field<&O::seed>("seed", ">= 0", "seed of everything random, below 2^64"),
-            field<&O::config>("config", "",
-                              "file with lines 'option = value' (TOML or INI, names without the dashes, an option that "
-                              "takes no value is set to true); the command line has precedence"),
-            field<&O::quiet>("quiet", "", "tell nothing but warnings and errors"),
-            field<&O::verbose>("verbose", "", "tell details"),
-            field<&O::log_file>("log-file", "",
-                                "write all messages, details included, to FILE as well; it is kept whatever happens"),
-            field<&O::progress>("progress", "", "progress bar on standard error; auto shows it on a terminal only")};
+    return {
+        field<&O::threads>("threads", "[0, 1024]",
+                           "number of threads, 0 = OMP_NUM_THREADS or all of the machine; results do not depend on it"),
+        field<&O::seed>("seed", ">= 0", "seed of everything random, below 2^64"),
+        field<&O::config>("config", "",
+                          "file with lines 'option = value' (TOML or INI, names without the dashes, an option that "
+                          "takes no value is set to true); the command line has precedence"),
+        field<&O::quiet>("quiet", "", "tell nothing but warnings and errors"),
+        field<&O::verbose>("verbose", "", "tell details"),
+        field<&O::log_file>("log-file", "",
+                            "write all messages, details included, to FILE as well; it is kept whatever happens"),
+        field<&O::progress>("progress", "", "progress bar on standard error; auto shows it on a terminal only")};
   }
 };
 

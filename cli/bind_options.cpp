@@ -8,10 +8,9 @@ void bind_points(Arguments& arguments, ScaleOptions& scale, AttributeOptions* at
   if (attributes != nullptr) arguments.fields(*attributes);
 }
 
-void bind_mixture(Arguments& arguments, ReconstructOptions& options) {
+void bind_mixture(Arguments& arguments, HemOptions& options) {
   arguments.group("Mixture");
-  arguments.only_fields(options, {"detail"});
-  arguments.fields(options.hem, {"normals"});
+  arguments.fields(options, {"normals"});
 }
 
 void bind_chain_projection(Arguments& arguments, ReconstructOptions& options) {

@@ -15,7 +15,7 @@ namespace gpsrecon::cli {
 /// Which points are used and, if not null, what their columns mean.
 void bind_points(Arguments& arguments, ScaleOptions& scale, AttributeOptions* attributes);
 /// Kernel width and reduction.
-void bind_mixture(Arguments& arguments, ReconstructOptions& options);
+void bind_mixture(Arguments& arguments, HemOptions& options);
 /// Whether the chain projects the points.
 void bind_chain_projection(Arguments& arguments, ReconstructOptions& options);
 /// The rules of the surface as they were given on the command line: what was not is left to the covariance mesh.

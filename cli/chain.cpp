@@ -72,14 +72,9 @@ Reconstruction reconstruct_file(const std::string& path, const AttributeOptions&
                                 const ReconstructOptions& options, const GivenRules& rules, const Console& console,
                                 PointCloud* points) {
   const RunContext context = console.context();
-  StageTimer timer;
-  timer.start("read");
+  context.begin("read");
   const auto work_on = [&](const auto& data) {
-    timer.stop();
-    Reconstruction result = on_data_of(path, [&] { return reconstruct(data, options, context); });
-    std::vector<StageTime>& stages = result.report.run.stages;
-    stages.insert(stages.begin(), timer.stages().begin(), timer.stages().end());
-    return result;
+    return on_data_of(path, [&] { return reconstruct(data, options, context); });
   };
   switch (kind_of(path)) {
     case FileKind::mixture: {
@@ -114,7 +109,7 @@ ExitCode run_chain(Arguments& arguments) {
   arguments.positional("OUT", files.out, "mesh (ply, obj, off, stl, glb; - is standard output)");
   bind_points(arguments, options.scale, &attributes);
   bind_chain_projection(arguments, options);
-  bind_mixture(arguments, options);
+  bind_mixture(arguments, options.hem);
   arguments.only_fields(options, {"budget", "max-error", "check-scale"});
   arguments.group("Triangulation");
   arguments.fields(options.triangulate);
@@ -145,7 +140,7 @@ ExitCode run_chain(Arguments& arguments) {
   const Console console(globals);
   dump_levels_and_fronts(files.dump, options, outputs, encoding);
 
-  StageTimer timer;
+  const RunContext context = console.context();
   PointCloud points;
   Reconstruction result =
       reconstruct_file(files.in, attributes, options, rules, console, views.wanted() ? &points : nullptr);
@@ -153,28 +148,22 @@ ExitCode run_chain(Arguments& arguments) {
   report.version = version;
   report.options = arguments.values();
   warn_of_losses(result.mesh, files.out, console);
-  report.warnings = console.warnings();
   if (report.input) report.input->file = file_report(files.in);
 
-  timer.start("write");
+  context.begin("write");
   outputs.stage(files.out, [&](const std::string& path) { write_mesh(result.mesh, path, encoding); });
   outputs.stage(files.covmesh, [&](const std::string& path) { write_covmesh(result.covmesh, path, encoding); });
-  timer.stop();
-  report.run.stages.push_back(timer.stages().back());
-  report.run.wall_s = timer.total().wall_s;
-  report.run.cpu_s = timer.total().cpu_s;
-  report.run.peak_memory_bytes = peak_memory_bytes();
+  note_run(report, context);
   if (views.wanted()) {
     if (points.empty()) throw OptionError("--heatmap and --html need points, which " + files.in + " does not hold");
-    const RunContext context = console.context();
     const PreparedCloud kept = prepare(points, options.scale, context);
-    const Mesh mesh = in_frame(result.mesh, kept.clean.cloud.frame);
+    const Mesh mesh = in_frame(result.mesh, kept.cloud.frame);
     views.stage(
-        outputs, report, mesh, [&](double range) { return error_map(mesh, kept.clean.cloud, range, context); },
-        files.in, console);
+        outputs, report, mesh, [&](double range) { return error_map(mesh, kept.cloud, range, context); }, files.in,
+        console);
   }
   outputs.stage(files.report, [&](const std::string& path) { write_text(to_json(report), path); });
-  outputs.commit(console.context());
+  outputs.commit(context);
   if (!globals.quiet) std::fputs(summary(report).c_str(), stderr);
   return ExitCode::done;
 }

@@ -88,12 +88,9 @@ struct Console::Impl {
   GlobalOptions options;
   std::shared_ptr<Terminal> terminal;
   spdlog::logger logger{"gpsrecon"};
-  std::vector<std::string> warnings;
+  RunRecord record;
 
-  void log(LogLevel level, const std::string& message) {
-    if (level == LogLevel::warning) warnings.push_back(message);
-    logger.log(level_of(level), message);
-  }
+  void log(LogLevel level, const std::string& message) { logger.log(level_of(level), message); }
 };
 
 Console::Console(const GlobalOptions& options) : impl_(std::make_unique<Impl>()) {
@@ -117,6 +114,7 @@ RunContext Console::context() const {
   context.threads = impl_->options.threads;
   context.seed = impl_->options.seed;
   context.cancel = &cancel_requested();
+  context.record = &impl_->record;
   context.on_progress = [this](std::string_view stage, double share) { impl_->terminal->draw_bar(stage, share); };
   context.on_log = [this](LogLevel level, const std::string& message) { impl_->log(level, message); };
   return context;
@@ -126,11 +124,7 @@ void Console::info(const std::string& message) const {
   impl_->log(LogLevel::info, message);
 }
 void Console::warn(const std::string& message) const {
-  impl_->log(LogLevel::warning, message);
-}
-
-const std::vector<std::string>& Console::warnings() const {
-  return impl_->warnings;
+  context().warn(message);
 }
 
 }  // namespace gpsrecon::cli

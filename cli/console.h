@@ -20,13 +20,11 @@ class Console {
   Console& operator=(const Console&) = delete;
 
   /// Threads and seed as asked for, cancelled by signals, messages and progress to this console (which must outlive
-  /// it).
+  /// it), which also keeps the record: warnings so far, its own included, and times since it was made.
   RunContext context() const;
 
   void info(const std::string& message) const;
   void warn(const std::string& message) const;
-  /// All warnings so far.
-  const std::vector<std::string>& warnings() const;
 
  private:
   struct Impl;

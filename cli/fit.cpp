@@ -9,20 +9,24 @@ namespace gpsrecon::cli {
 
 ExitCode run_fit(Arguments& arguments) {
   std::string in, points_file, out;
-  ReconstructOptions options;
+  ScaleOptions scale;
+  FitOptions options;
+  TriangulateOptions of_sensor;
   PlyEncoding encoding = PlyEncoding::binary;
   arguments.positional("COVMESH", in, "covariance mesh (ply; - is standard input)");
   arguments.positional("POINTS", points_file, "the points it was made from (ply, xyz, pcd)");
   arguments.positional("OUT", out, "covariance mesh (ply; - is standard output)");
-  bind_points(arguments, options.scale, nullptr);
+  bind_points(arguments, scale, nullptr);
   arguments.group("Fit");
-  arguments.fields(options.fit);
-  arguments.only_fields(options.triangulate, {"sensor"});
+  arguments.fields(options);
+  arguments.only_fields(of_sensor, {"sensor"});
   GivenRules rules;
   rules.bind(arguments);
   bind_encoding(arguments, encoding);
   const GlobalOptions globals = arguments.parse();
+  scale.check();
   options.check();
+  of_sensor.check();
   if (in == "-" && points_file == "-") throw OptionError("COVMESH and POINTS cannot both be standard input");
   Outputs outputs(globals, {in, points_file});
   outputs.plan(out);
@@ -33,9 +37,9 @@ ExitCode run_fit(Arguments& arguments) {
   mesh.rules = rules.over(mesh.rules);
   const PointCloud points = load_points(points_file, console);
   const RunContext context = console.context();
-  ErrorReport report;
-  const PreparedCloud cloud = on_data_of(points_file, [&] { return prepare(points, options.scale, context); });
-  const CovMesh fitted = fit_stage(std::move(mesh), cloud, options, context, report);
+  PreparedCloud cloud = on_data_of(points_file, [&] { return prepare(points, scale, context); });
+  cloud.sensor = of_sensor.sensor;
+  const CovMesh fitted = fit(std::move(mesh), cloud, options, context).mesh;
 
   outputs.stage(out, [&](const std::string& path) { write_covmesh(fitted, path, encoding); });
   outputs.commit(context);

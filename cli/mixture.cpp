@@ -25,19 +25,21 @@ ExitCode run_mixture(Arguments& arguments) {
   std::string in, out;
   MixtureFiles files;
   AttributeOptions attributes;
-  ReconstructOptions options;
+  ScaleOptions scale;
+  HemOptions options;
   EllipsoidOptions ellipsoid_options;
   PlyEncoding encoding = PlyEncoding::binary;
   arguments.positional("IN", in, "points (ply, xyz, pcd; - is standard input)");
   arguments.positional("OUT", out, "mixture (ply; - is standard output)");
-  bind_points(arguments, options.scale, &attributes);
+  bind_points(arguments, scale, &attributes);
   bind_mixture(arguments, options);
   arguments.group("Output", false);
-  arguments.only_fields(options.hem, {"normals"});
+  arguments.only_fields(options, {"normals"});
   arguments.fields(files);
   arguments.fields(ellipsoid_options);
   bind_encoding(arguments, encoding);
   const GlobalOptions globals = arguments.parse();
+  scale.check();
   options.check();
   ellipsoid_options.check();
   Outputs outputs(globals, {in});
@@ -47,9 +49,8 @@ ExitCode run_mixture(Arguments& arguments) {
 
   const PointCloud points = load_points(in, console, attributes);
   const RunContext context = console.context();
-  ErrorReport report;
   const Mixture mixture =
-      on_data_of(in, [&] { return mixture_stage(prepare(points, options.scale, context), options, context, report); });
+      on_data_of(in, [&] { return build_mixture(prepare(points, scale, context), options, context).mixture; });
 
   outputs.stage(out, [&](const std::string& path) { write_mixture(mixture, path, encoding); });
   outputs.stage(files.ellipsoids, [&](const std::string& path) {

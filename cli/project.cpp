@@ -59,7 +59,7 @@ ExitCode run_project(Arguments& arguments) {
   const RunContext context = console.context();
   PointCloud particles = on_data_of(in, [&] {
     const PreparedCloud cloud = prepare(points, scale, context);
-    return in_frame(project_points(cloud.clean.cloud, cloud.scale, cloud.diagonal, options, context), Frame{});
+    return in_frame(project_points(cloud, options, context), Frame{});
   });
   if (!output.no_normals) particles = with_normals(std::move(particles), context);
 

@@ -25,21 +25,23 @@ ExitCode run_subdivide(Arguments& arguments) {
   std::string in, out;
   SubdivideFiles files;
   AttributeOptions attributes;
-  ReconstructOptions options;
+  ScaleOptions scale;
+  SubdivideOptions options;
   RepairOptions repair;
   PlyEncoding encoding = PlyEncoding::binary;
   arguments.positional("COVMESH", in, "covariance mesh (ply; - is standard input)");
   arguments.positional("OUT", out, "mesh (ply, obj, off, stl, glb; - is standard output)");
   arguments.group("Subdivision");
-  arguments.fields(options.subdivide);
+  arguments.fields(options);
   GivenRules rules;
   rules.bind(arguments);
-  bind_points(arguments, options.scale, &attributes);
+  bind_points(arguments, scale, &attributes);
   arguments.group("Input");
   arguments.fields(files);
   arguments.fields(repair);
   bind_encoding(arguments, encoding);
   const GlobalOptions globals = arguments.parse();
+  scale.check();
   options.check();
   if (in == "-" && files.points == "-") throw OptionError("COVMESH and --points cannot both be standard input");
   std::vector<std::string> inputs{in};
@@ -50,14 +52,12 @@ ExitCode run_subdivide(Arguments& arguments) {
 
   const CovMesh covmesh = rules.over(load_covmesh(in, repair.repair, console), in);
   const RunContext context = console.context();
-  ErrorReport report;
   std::optional<PreparedCloud> cloud;
   if (!files.points.empty()) {
     const PointCloud points = load_points(files.points, console, attributes);
-    cloud = on_data_of(files.points, [&] { return prepare(points, options.scale, context); });
+    cloud = on_data_of(files.points, [&] { return prepare(points, scale, context); });
   }
-  const Mesh mesh = cloud ? subdivide_stage(covmesh, *cloud, options, context, report)
-                          : subdivide_stage(covmesh, options, context, report);
+  const Mesh mesh = cloud ? subdivide(covmesh, *cloud, options, context) : subdivide(covmesh, options, context);
 
   warn_of_losses(mesh, out, console);
   outputs.stage(out, [&](const std::string& path) { write_mesh(mesh, path, encoding); });

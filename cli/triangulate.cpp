@@ -9,17 +9,17 @@ namespace gpsrecon::cli {
 
 ExitCode run_triangulate(Arguments& arguments) {
   std::string in, out;
-  ReconstructOptions options;
+  TriangulateOptions options;
   PlyEncoding encoding = PlyEncoding::binary;
   arguments.positional("MIXTURE", in, "mixture (ply; - is standard input)");
   arguments.positional("OUT", out, "covariance mesh (ply; - is standard output)");
   arguments.group("Triangulation");
-  arguments.fields(options.triangulate);
+  arguments.fields(options);
   GivenRules rules;
-  rules.bind(arguments, options.triangulate.rules);
+  rules.bind(arguments, options.rules);
   bind_encoding(arguments, encoding);
   const GlobalOptions globals = arguments.parse();
-  options.triangulate.rules = rules.over(options.triangulate.rules);
+  options.rules = rules.over(options.rules);
   options.check();
   Outputs outputs(globals, {in});
   outputs.plan(out);
@@ -27,8 +27,7 @@ ExitCode run_triangulate(Arguments& arguments) {
 
   const Mixture mixture = load_mixture(in);
   const RunContext context = console.context();
-  ErrorReport report;
-  const CovMesh mesh = on_data_of(in, [&] { return triangulate_stage(mixture, options, context, report); });
+  const CovMesh mesh = on_data_of(in, [&] { return triangulate(mixture, options, context).mesh; });
 
   outputs.stage(out, [&](const std::string& path) { write_covmesh(mesh, path, encoding); });
   outputs.commit(context);

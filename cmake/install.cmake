@@ -27,10 +27,12 @@ set(GPSRECON_PUBLIC_HEADERS
   core/options.h
   core/parallel.h
   core/point_cloud.h
+  core/prepared_cloud.h
   core/random.h
   core/repair_topology.h
   core/resource_usage.h
   core/run_context.h
+  core/scale.h
   core/surface_rules.h
   core/sym3.h
   core/vec.h
@@ -42,7 +44,6 @@ set(GPSRECON_PUBLIC_HEADERS
   gps/subdivide.h
   hem/hem.h
   hem/likelihood.h
-  hem/scale.h
   io/io.h
   measure/align.h
   measure/compare.h

@@ -19,7 +19,7 @@ INCLUDE = re.compile(r'^\s*#\s*include\s*(<gpsrecon/[^>]+>|"[^"]+"|<[^>]+>)', re
 # What a stage may include of others, beside core.
 EXCEPTIONS = {
     "fit": {"gps"},  # fitting evaluates and refines the surface
-    "report": {"measure"},  # a report holds what was measured
+    "report": {"fit", "hem", "measure", "triangulate"},  # a report holds what the stages say of themselves
 }
 
 

@@ -1,5 +1,6 @@
-#include <gpsrecon/clop/attraction.h>
 #include <gpsrecon/clop/project.h>
+
+#include <gpsrecon/clop/attraction.h>
 #include <gpsrecon/clop/repulsion.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/core/random.h>

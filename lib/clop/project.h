@@ -55,7 +55,7 @@ struct ProjectOptions {
   void check() const { check_fields(*this); }
 };
 
-/// Support radius for points of this spacing and noise (hem/scale.h): wide enough to hold the points that tell where
+/// Support radius for points of this spacing and noise (core/scale.h): wide enough to hold the points that tell where
 /// the surface is, and to bridge its noise.
 double automatic_support_radius(double spacing, double noise);
 

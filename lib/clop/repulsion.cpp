@@ -1,5 +1,6 @@
-#include <gpsrecon/clop/kernel.h>
 #include <gpsrecon/clop/repulsion.h>
+
+#include <gpsrecon/clop/kernel.h>
 #include <gpsrecon/core/neighbors.h>
 #include <gpsrecon/core/parallel.h>
 #include <vector>

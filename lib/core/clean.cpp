@@ -1,5 +1,6 @@
-#include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/clean.h>
+
+#include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/in_frame.h>
 #include <gpsrecon/core/order_statistics.h>

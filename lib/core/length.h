@@ -8,7 +8,7 @@ namespace gpsrecon {
 /// What the shares and multiples of a Length refer to. Lengths in the units of the positions; 0 = not known there.
 struct LengthScale {
   double diagonal = 0;        ///< of the bounding box
-  double spacing = 0;         ///< sample spacing (hem/scale.h)
+  double spacing = 0;         ///< sample spacing (core/scale.h)
   double scene_to_local = 1;  ///< length, in the units of the positions, of one scene unit: 1 / Frame::scale()
 };
 

@@ -1,6 +1,7 @@
+#include <gpsrecon/core/mesh.h>
+
 #include <gpsrecon/core/connectivity.h>
 #include <gpsrecon/core/error.h>
-#include <gpsrecon/core/mesh.h>
 #include <algorithm>
 
 namespace gpsrecon {

@@ -1,5 +1,6 @@
-#include <gpsrecon/core/error.h>
 #include <gpsrecon/core/mixture.h>
+
+#include <gpsrecon/core/error.h>
 
 namespace gpsrecon {
 namespace {

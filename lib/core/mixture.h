@@ -40,6 +40,11 @@ inline constexpr double min_eigenvalue_ratio = 1e-12;
 /// weights are positive and every covariance has λmin >= 1e-12 λmax > 0. O(n).
 void validate(const Mixture& mixture);
 
+/// The mixture as a file of it would give it back (io/io.h): means rounded as world coordinates are, columns with names
+/// that a file can hold. Stages return their results so, and compute the same bits whether they are handed over in
+/// memory or through files.
+Mixture as_stored(const Mixture& mixture);
+
 /// The components `keep` in the given order, with all their attributes.
 Mixture select(const Mixture& mixture, const std::vector<Index>& keep);
 

@@ -1,6 +1,7 @@
+#include <gpsrecon/core/neighbors.h>
+
 #include <flann/algorithms/dist.h>
 #include <flann/algorithms/kdtree_single_index.h>
-#include <gpsrecon/core/neighbors.h>
 #include <algorithm>
 
 namespace gpsrecon {

@@ -111,7 +111,9 @@ OptionState Field::state(const void* options) const {
 }
 
 void Field::set(void* options, const std::string& text) const {
-  if (clear != nullptr && text == absent)
+  // Where the word for none is the name of a value too, what is usual is given after all.
+  const bool is_name = ("|" + placeholder + "|").find("|" + text + "|") != std::string::npos;
+  if (clear != nullptr && text == absent && !is_name)
     clear(options);
   else
     read_into(options, text);

@@ -1,7 +1,8 @@
+#include <gpsrecon/core/repair_topology.h>
+
 #include <gpsrecon/core/disjoint_sets.h>
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/mesh_topology.h>
-#include <gpsrecon/core/repair_topology.h>
 #include <algorithm>
 #include <map>
 #include <numeric>

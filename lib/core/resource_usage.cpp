@@ -1,6 +1,7 @@
+#include <gpsrecon/core/resource_usage.h>
+
 #include <sys/resource.h>
 
-#include <gpsrecon/core/resource_usage.h>
 #include <chrono>
 #include <fstream>
 

@@ -1,9 +1,10 @@
+#include <gpsrecon/core/self_intersections.h>
+
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/box_intersection_d.h>
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/face_geometry.h>
 #include <gpsrecon/core/parallel.h>
-#include <gpsrecon/core/self_intersections.h>
 #include <algorithm>
 #include <array>
 #include <string>

@@ -1,9 +1,12 @@
+#include <gpsrecon/fit/fit.h>
+
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/face_geometry.h>
+#include <gpsrecon/core/in_frame.h>
+#include <gpsrecon/core/orient.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/core/random.h>
 #include <gpsrecon/core/self_intersections.h>
-#include <gpsrecon/fit/fit.h>
 #include <gpsrecon/fit/least_squares.h>
 #include <gpsrecon/fit/refine.h>
 #include <gpsrecon/fit/residuals.h>
@@ -253,10 +256,8 @@ std::vector<double> Fitting::round(Fit& fit, const Connectivity& topology, int s
   return edges_with_detail(surface, topology, residuals);
 }
 
-}  // namespace
-
-Fit fit(CovMesh mesh, const PointCloud& cloud, const FitOptions& options, const RunContext& context) {
-  options.check();
+/// Cloud and mesh are in one frame; lengths are in the units of the positions.
+Fit fit_rounds(CovMesh mesh, const PointCloud& cloud, const FitOptions& options, const RunContext& context) {
   Fit result;
   result.mesh = std::move(mesh);
   if (options.steps == 0 || cloud.empty() || result.mesh.faces.empty()) return result;
@@ -295,6 +296,57 @@ Fit fit(CovMesh mesh, const PointCloud& cloud, const FitOptions& options, const 
                   other_scheme ? options.steps : std::min(options.steps, steps_on_all), result.mesh.rules.scheme);
   }
   context.progress("fit", 1);
+  return result;
+}
+
+/// Per point a vector to the outer side: the way to the sensor that was given, else to the point's own, else its
+/// normal. Empty if nothing tells.
+std::vector<Vec3> outward_directions(const PointCloud& cloud, const std::optional<Vec3>& sensor) {
+  if (!sensor && cloud.sensors.empty()) return cloud.normals;
+  const Vec3 at = sensor ? cloud.frame.to_local(*sensor) : Vec3::Zero();
+  std::vector<Vec3> directions(cloud.size());
+  for (std::size_t i = 0; i < cloud.size(); ++i) directions[i] = (sensor ? at : cloud.sensors[i]) - cloud.positions[i];
+  return directions;
+}
+
+}  // namespace
+
+Fit fit(CovMesh mesh, const PointCloud& cloud, const FitOptions& options, const RunContext& context) {
+  options.check();
+  if (options.steps == 0 || cloud.empty() || mesh.faces.empty()) {
+    Fit same;
+    same.mesh = std::move(mesh);
+    return same;
+  }
+  if (!(cloud.frame == mesh.vertices.frame))
+    return fit(std::move(mesh), in_frame(cloud, mesh.vertices.frame), options, context);
+  const std::vector<Vec3> before = mesh.vertices.means;
+  Fit result = fit_rounds(std::move(mesh), cloud, options, context);
+  Mixture& vertices = result.mesh.vertices;
+  vertices = as_stored(vertices);
+  const double unit = vertices.frame.scale();
+  result.held_out_before *= unit;
+  result.held_out_after *= unit;
+  for (std::size_t v = 0; v < before.size(); ++v) {
+    const double shift = unit * (vertices.means[v] - before[v]).norm();
+    result.mean_shift += shift / static_cast<double>(before.size());
+    result.max_shift = std::max(result.max_shift, shift);
+  }
+  context.log(LogLevel::info, "fit: " + std::to_string(result.steps) + " steps, " +
+                                  std::to_string(result.added_vertices) + " vertices added in " +
+                                  std::to_string(result.refinements) + " refinements");
+  return result;
+}
+
+Fit fit(CovMesh mesh, const PreparedCloud& cloud, const FitOptions& options, const RunContext& context) {
+  const PointCloud points =
+      cloud.cloud.frame == mesh.vertices.frame ? PointCloud() : in_frame(cloud.cloud, mesh.vertices.frame);
+  const PointCloud& local = points.empty() ? cloud.cloud : points;
+  std::size_t turned = 0;
+  if (const std::vector<Vec3> directions = outward_directions(local, cloud.sensor); !directions.empty())
+    turned = orient_by_vote(mesh.vertices, mesh.faces, local, directions, context);
+  Fit result = fit(std::move(mesh), local, options, context);
+  result.flipped_components = turned;
   return result;
 }
 

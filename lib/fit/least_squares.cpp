@@ -1,5 +1,6 @@
-#include <gpsrecon/core/parallel.h>
 #include <gpsrecon/fit/least_squares.h>
+
+#include <gpsrecon/core/parallel.h>
 #include <cmath>
 #include <limits>
 

@@ -1,5 +1,6 @@
-#include <gpsrecon/core/parallel.h>
 #include <gpsrecon/fit/refine.h>
+
+#include <gpsrecon/core/parallel.h>
 #include <gpsrecon/gps/dual.h>
 #include <gpsrecon/gps/loop.h>
 #include <algorithm>

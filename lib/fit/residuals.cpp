@@ -1,7 +1,8 @@
+#include <gpsrecon/fit/residuals.h>
+
 #include <gpsrecon/core/neighbors.h>
 #include <gpsrecon/core/order_statistics.h>
 #include <gpsrecon/core/parallel.h>
-#include <gpsrecon/fit/residuals.h>
 #include <algorithm>
 #include <cmath>
 

@@ -1,5 +1,6 @@
-#include <gpsrecon/core/mesh_topology.h>
 #include <gpsrecon/fit/rim.h>
+
+#include <gpsrecon/core/mesh_topology.h>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>

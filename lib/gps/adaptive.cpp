@@ -1,7 +1,8 @@
+#include <gpsrecon/gps/adaptive.h>
+
 #include <gpsrecon/core/connectivity.h>
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/parallel.h>
-#include <gpsrecon/gps/adaptive.h>
 #include <gpsrecon/gps/evaluate_data.h>
 #include <algorithm>
 #include <array>

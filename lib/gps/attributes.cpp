@@ -1,5 +1,6 @@
-#include <gpsrecon/core/parallel.h>
 #include <gpsrecon/gps/attributes.h>
+
+#include <gpsrecon/core/parallel.h>
 #include <gpsrecon/gps/evaluate_data.h>
 #include <algorithm>
 #include <array>

@@ -1,6 +1,7 @@
+#include <gpsrecon/gps/catmull_clark.h>
+
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/gps/boundary_masks.h>
-#include <gpsrecon/gps/catmull_clark.h>
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -1,8 +1,9 @@
 // Preiner et al. 2019, section 5: what the shape of a covariance does to the surface; section 7.1: modelling with it.
 
+#include <gpsrecon/gps/edit.h>
+
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/parallel.h>
-#include <gpsrecon/gps/edit.h>
 #include <algorithm>
 #include <charconv>
 #include <cmath>

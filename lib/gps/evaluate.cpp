@@ -1,9 +1,10 @@
+#include <gpsrecon/gps/evaluate.h>
+
 #include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/order_statistics.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/gps/dual.h>
-#include <gpsrecon/gps/evaluate.h>
 #include <gpsrecon/gps/evaluate_data.h>
 #include <Eigen/Geometry>
 #include <cmath>

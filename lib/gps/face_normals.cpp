@@ -1,6 +1,7 @@
+#include <gpsrecon/gps/face_normals.h>
+
 #include <gpsrecon/core/face_geometry.h>
 #include <gpsrecon/core/parallel.h>
-#include <gpsrecon/gps/face_normals.h>
 #include <Eigen/Geometry>
 #include <algorithm>
 

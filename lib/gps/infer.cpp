@@ -1,7 +1,8 @@
+#include <gpsrecon/gps/infer.h>
+
 #include <gpsrecon/core/connectivity.h>
 #include <gpsrecon/core/order_statistics.h>
 #include <gpsrecon/core/parallel.h>
-#include <gpsrecon/gps/infer.h>
 #include <algorithm>
 #include <cmath>
 

@@ -1,5 +1,6 @@
-#include <gpsrecon/gps/boundary_masks.h>
 #include <gpsrecon/gps/limit.h>
+
+#include <gpsrecon/gps/boundary_masks.h>
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -1,5 +1,6 @@
-#include <gpsrecon/core/error.h>
 #include <gpsrecon/gps/limit_surface.h>
+
+#include <gpsrecon/core/error.h>
 #include <gpsrecon/gps/refinement_levels.h>
 #include <gpsrecon/gps/surface_samples.h>
 #include <numeric>

@@ -1,5 +1,6 @@
-#include <gpsrecon/gps/boundary_masks.h>
 #include <gpsrecon/gps/loop.h>
+
+#include <gpsrecon/gps/boundary_masks.h>
 #include <gpsrecon/gps/refined_connectivity.h>
 #include <array>
 #include <cmath>

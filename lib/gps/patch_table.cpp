@@ -1,5 +1,6 @@
-#include <gpsrecon/core/error.h>
 #include <gpsrecon/gps/patch_table.h>
+
+#include <gpsrecon/core/error.h>
 #include <map>
 #include <tuple>
 

@@ -1,6 +1,7 @@
+#include <gpsrecon/gps/refined_connectivity.h>
+
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/parallel.h>
-#include <gpsrecon/gps/refined_connectivity.h>
 
 namespace gpsrecon {
 namespace {

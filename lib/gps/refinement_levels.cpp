@@ -1,5 +1,6 @@
-#include <gpsrecon/core/error.h>
 #include <gpsrecon/gps/refinement_levels.h>
+
+#include <gpsrecon/core/error.h>
 #include <cmath>
 #include <limits>
 #include <string>

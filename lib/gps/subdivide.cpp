@@ -1,4 +1,8 @@
+#include <gpsrecon/gps/subdivide.h>
+
+#include <gpsrecon/core/attributes.h>
 #include <gpsrecon/core/connectivity.h>
+#include <gpsrecon/core/in_frame.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/gps/adaptive.h>
 #include <gpsrecon/gps/attributes.h>
@@ -6,7 +10,6 @@
 #include <gpsrecon/gps/face_normals.h>
 #include <gpsrecon/gps/refined_parameters.h>
 #include <gpsrecon/gps/refinement_levels.h>
-#include <gpsrecon/gps/subdivide.h>
 #include <gpsrecon/gps/surface_samples.h>
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -150,7 +153,27 @@ Mesh subdivide(const CovMesh& mesh, const SubdivideOptions& options, const RunCo
                            : mesh.rules.scheme == Scheme::loop ? subdivide_uniformly<LoopScheme>
                                                                : subdivide_uniformly<CatmullClarkScheme>;
   Mesh refined = refine_mesh(mesh, options, context);
+  context.log(LogLevel::info, "subdivide: " + std::to_string(refined.faces.size()) + " faces");
   context.progress("subdivide", 1);
+  return refined;
+}
+
+Mesh subdivide(const CovMesh& mesh, const PreparedCloud& cloud, const SubdivideOptions& options,
+               const RunContext& context) {
+  const PointCloud& points = cloud.cloud;
+  const double unit = points.frame.scale();
+  SubdivideOptions known = options;
+  known.attributes = options.attributes && !has_attributes(points);
+  if (options.tolerance)
+    known.tolerance = Length::scene(options.tolerance->resolve(
+        {.diagonal = cloud.diagonal * unit, .spacing = cloud.scale.spacing * unit}, "tolerance"));
+  Mesh refined = subdivide(mesh, known, context);
+  if (options.attributes) {
+    if (points.frame == refined.frame)
+      attributes_from_points(refined, points, context);
+    else
+      attributes_from_points(refined, in_frame(points, refined.frame), context);
+  }
   return refined;
 }
 

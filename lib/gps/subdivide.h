@@ -2,6 +2,7 @@
 
 #include <gpsrecon/core/mesh.h>
 #include <gpsrecon/core/options.h>
+#include <gpsrecon/core/prepared_cloud.h>
 #include <gpsrecon/core/run_context.h>
 #include <optional>
 
@@ -53,6 +54,11 @@ struct SubdivideOptions {
 /// of that of the control means. O(size of the result). Throws OptionError;
 /// InvariantError if the mesh is not a valid covariance mesh or, with Scheme::loop, not triangular.
 Mesh subdivide(const CovMesh& mesh, const SubdivideOptions& options = {}, const RunContext& context = {});
+
+/// The same with the points at hand: their colours and scalars (core/attributes.h) instead of the coarser ones of the
+/// Gaussians, and a tolerance that is a share of the diagonal is of theirs.
+Mesh subdivide(const CovMesh& mesh, const PreparedCloud& cloud, const SubdivideOptions& options = {},
+               const RunContext& context = {});
 
 /// The level that a mesh is refined to unless options say otherwise: the smallest up to 3 whose edges are at most half
 /// longer than the sample spacing, and where that is not known 3; with Scheme::catmull_clark at least 1.

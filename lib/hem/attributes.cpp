@@ -1,5 +1,6 @@
-#include <gpsrecon/core/parallel.h>
 #include <gpsrecon/hem/attributes.h>
+
+#include <gpsrecon/core/parallel.h>
 
 namespace gpsrecon {
 namespace {

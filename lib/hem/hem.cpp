@@ -1,9 +1,10 @@
+#include <gpsrecon/hem/hem.h>
+
 #include <gpsrecon/core/gaussian.h>
 #include <gpsrecon/core/neighbors.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/core/random.h>
 #include <gpsrecon/hem/attributes.h>
-#include <gpsrecon/hem/hem.h>
 #include <gpsrecon/hem/initial_mixture.h>
 #include <algorithm>
 #include <cmath>
@@ -253,36 +254,41 @@ Candidates adapt_probability(const Mixture& level, Candidates at_or_below, std::
   return best;
 }
 
-/// Kernel width and spacing as the options say, of an estimate of the scale only where they need one.
-Kernel kernel_of(const PointCloud& cloud, const HemOptions& options, const RunContext& context) {
-  LengthScale units{.diagonal = bounding_box_diagonal(cloud.positions), .scene_to_local = 1 / cloud.frame.scale()};
-  const bool needs_spacing = options.initial == InitialCovariance::local || options.balance;
-  double automatic = 0;
-  if (!options.sigma0.needs_no_estimate() || (needs_spacing && !options.spacing.needs_no_estimate())) {
-    const Scale scale = estimate_scale(cloud, {}, context);
-    units.spacing = scale.spacing;
-    automatic = automatic_sigma0(scale, options.initial);
+/// Below this share of the automatic width the sheet is several Gaussians thick and falls apart in the triangulation
+/// (hundreds of boundary loops on scans of closed shapes).
+constexpr double sheet_threshold = 0.8;
+
+/// The kernel width that the options ask for, in the units of the positions, and in words why.
+struct Width {
+  double sigma0;
+  std::string choice;
+};
+
+Width choose_width(const Scale& scale, const LengthScale& units, const HemOptions& options, const RunContext& context) {
+  if (!options.sigma0.is_automatic())
+    return {options.sigma0.resolve(units, "sigma0"), "given, " + options.sigma0.text()};
+  const double automatic = automatic_sigma0(scale, options.initial);
+  std::string choice = options.initial == InitialCovariance::local ? "sqrt((0.4 spacing)^2 + (1.6 noise)^2)"
+                                                                   : "sqrt(spacing^2 + noise^2)";
+  if (scale.thin_walls) choice += ", thin walls: the noise of one of their sheets";
+  if (options.detail == 1) return {automatic, choice};
+  double factor = 1 / options.detail;
+  choice += ", divided by detail " + std::to_string(options.detail);
+  if (factor < sheet_threshold) {
+    factor = sheet_threshold;
+    choice += ", clamped at " + std::to_string(sheet_threshold) + " of it";
+    context.warn("detail " + std::to_string(options.detail) +
+                 " would tear the surface apart; the kernel width stays at " + std::to_string(sheet_threshold) +
+                 " of the automatic one");
   }
-  Kernel kernel;
-  kernel.spacing = options.spacing.resolve(units, "spacing", units.spacing);
-  units.spacing = kernel.spacing;
-  kernel.sigma0 = options.sigma0.resolve(units, "sigma0", automatic);
-  return kernel;
+  return {factor * automatic, choice};
 }
 
-}  // namespace
-
-double automatic_sigma0(const Scale& scale, InitialCovariance initial) {
-  return initial == InitialCovariance::local ? scale.sigma0_local : scale.sigma0;
-}
-
-Mixture build_mixture(const PointCloud& cloud, const HemOptions& options, const RunContext& context) {
-  options.check();
-  if (cloud.empty()) throw NoSurfaceError("no mixture of an empty cloud");
-  const Kernel kernel = kernel_of(cloud, options, context);
+/// All levels; `index` is that of the points.
+Mixture reduce(const PointCloud& cloud, const Neighbors& index, const Kernel& kernel, const HemOptions& options,
+               const RunContext& context) {
   if (!(kernel.sigma0 > 0)) throw NoSurfaceError("the points coincide: their spacing is zero");
-
-  Mixture level = initial_mixture(cloud, kernel, options, context);
+  Mixture level = initial_mixture(cloud, index, kernel, options, context);
   std::vector<Index> component_of;  // per point, if it is needed
   if (has_attributes(cloud)) {
     component_of.resize(cloud.size());
@@ -321,6 +327,63 @@ Mixture build_mixture(const PointCloud& cloud, const HemOptions& options, const 
   }
   if (!component_of.empty()) carry_attributes(cloud, component_of, level, context);
   return level;
+}
+
+}  // namespace
+
+double automatic_sigma0(const Scale& scale, InitialCovariance initial) {
+  return initial == InitialCovariance::local ? scale.sigma0_local : scale.sigma0;
+}
+
+void HemOptions::check() const {
+  check_fields(*this);
+  if (!sigma0.is_automatic() && detail != 1) throw OptionError("sigma0 and detail contradict each other");
+}
+
+Mixture build_mixture(const PointCloud& cloud, const HemOptions& options, const RunContext& context) {
+  options.check();
+  if (cloud.empty()) throw NoSurfaceError("no mixture of an empty cloud");
+  const Neighbors index(cloud.positions);
+  // An estimate of the scale only where the options need one.
+  LengthScale units{.diagonal = bounding_box_diagonal(cloud.positions), .scene_to_local = 1 / cloud.frame.scale()};
+  const bool needs_spacing = options.initial == InitialCovariance::local || options.balance;
+  Scale scale;
+  if (!options.sigma0.needs_no_estimate() || (needs_spacing && !options.spacing.needs_no_estimate())) {
+    scale = estimate_scale(cloud, index, {}, context);
+    units.spacing = scale.spacing;
+  }
+  Kernel kernel;
+  kernel.spacing = options.spacing.resolve(units, "spacing", units.spacing);
+  units.spacing = kernel.spacing;
+  kernel.sigma0 = choose_width(scale, units, options, context).sigma0;
+  return reduce(cloud, index, kernel, options, context);
+}
+
+MixtureResult build_mixture(const PreparedCloud& cloud, const HemOptions& options, const RunContext& context) {
+  options.check();
+  const double unit = cloud.cloud.frame.scale();
+  MixtureResult result;
+  const Width width = choose_width(cloud.scale, cloud.lengths(), options, context);
+  const Kernel kernel{.sigma0 = width.sigma0,
+                      .spacing = options.spacing.resolve(cloud.lengths(), "spacing", cloud.scale.spacing)};
+  result.kernel = {.spacing = cloud.scale.spacing * unit,
+                   .noise = cloud.scale.noise * unit,
+                   .sigma0 = kernel.sigma0 * unit,
+                   .choice = width.choice};
+  HemOptions counted = options;
+  counted.on_level = [&](int level, const Mixture& mixture) {
+    result.statistics.levels.push_back(mixture.size());
+    context.log(LogLevel::debug,
+                "level " + std::to_string(level) + ": " + std::to_string(mixture.size()) + " Gaussians");
+    if (options.on_level) options.on_level(level, mixture);
+  };
+  result.mixture = as_stored(reduce(cloud.cloud, *cloud.neighbors, kernel, counted, context));
+  const Mixture& mixture = result.mixture;
+  result.statistics.components = mixture.size();
+  result.statistics.weight = std::accumulate(mixture.weights.begin(), mixture.weights.end(), 0.0);
+  context.log(LogLevel::info, "mixture: " + std::to_string(mixture.size()) + " Gaussians after " +
+                                  std::to_string(result.statistics.levels.size() - 1) + " levels");
+  return result;
 }
 
 }  // namespace gpsrecon

@@ -3,8 +3,9 @@
 #include <gpsrecon/core/mixture.h>
 #include <gpsrecon/core/options.h>
 #include <gpsrecon/core/point_cloud.h>
+#include <gpsrecon/core/prepared_cloud.h>
 #include <gpsrecon/core/run_context.h>
-#include <gpsrecon/hem/scale.h>
+#include <gpsrecon/core/scale.h>
 #include <array>
 #include <functional>
 #include <string_view>
@@ -30,6 +31,7 @@ constexpr std::array<std::string_view, 2> option_names(InitialCovariance /*type*
 /// How build_mixture reduces points to Gaussians.
 struct HemOptions {
   Length sigma0 = {};
+  double detail = 1;
   Length spacing = {};
   double alpha = 2;
   double parent_probability = 1.0 / 3;
@@ -52,6 +54,10 @@ struct HemOptions {
             "sigma0", "> 0",
             "standard deviation of the kernel each point is given, the bandwidth of the density estimate: "
             "it decides compression and smoothness; auto = from sample spacing and noise"),
+        field<&O::detail>(
+            "detail", "(0, 100]",
+            "divide the automatic kernel width by X: above 1 more detail, below 1 smoother; clamped, with "
+            "a warning, where the surface would fall apart"),
         field<&O::spacing>("spacing", "> 0", "sample spacing, for --initial local; auto = estimated").only_in_library(),
         field<&O::alpha>("alpha", "(0, 10]",
                          "how unlike Gaussians may be that merge: Kullback-Leibler divergence at most X^2/2"),
@@ -85,8 +91,36 @@ struct HemOptions {
             "give each Gaussian a mean normal and its variance (Preiner et al. 2014, Eq. 29-30), from the "
             "normals of the points or, without, from planes through their neighbours")};
   }
-  /// Throws OptionError naming option, range and value.
-  void check() const { check_fields(*this); }
+  /// Throws OptionError naming option, range and value, or two that contradict each other.
+  void check() const;
+};
+
+/// The kernel that each point was given. Lengths in scene units.
+struct KernelStatistics {
+  double spacing = 0;  ///< A, side of the area per point
+  double noise = 0;    ///< ν, standard deviation across the surface
+  double sigma0 = 0;   ///< standard deviation of the kernel
+  std::string choice;  ///< how sigma0 was chosen, in words
+};
+
+struct MixtureStatistics {
+  std::vector<std::size_t> levels = {};  ///< components per level, level 0 first
+  std::size_t components = 0;
+  double weight = 0;  ///< sum of the weights: input points represented
+
+  /// Calls count(name, value) for each, in the order of reports.
+  void each(const auto& count) const {
+    count("levels", levels);
+    count("components", components);
+    count("weight", weight);
+  }
+};
+
+/// A mixture and how it came about.
+struct MixtureResult {
+  Mixture mixture;
+  KernelStatistics kernel;
+  MixtureStatistics statistics;
 };
 
 /// Regularised hierarchical expectation maximisation: reduces the points (one Gaussian each) level by level to a
@@ -97,5 +131,9 @@ struct HemOptions {
 /// the thread count to the last bit, and of units. Shares of the diagonal are of that of `cloud`. O(n log n). Throws
 /// OptionError, NoSurfaceError for an empty cloud, Cancelled.
 Mixture build_mixture(const PointCloud& cloud, const HemOptions& options = {}, const RunContext& context = {});
+
+/// The same of a prepared cloud, with its scale and index; lengths in options refer to these. The mixture is
+/// as_stored().
+MixtureResult build_mixture(const PreparedCloud& cloud, const HemOptions& options = {}, const RunContext& context = {});
 
 }  // namespace gpsrecon

@@ -1,7 +1,8 @@
+#include <gpsrecon/hem/initial_mixture.h>
+
 #include <gpsrecon/core/neighbors.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/core/principal_axes.h>
-#include <gpsrecon/hem/initial_mixture.h>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -47,8 +48,8 @@ void balance_weights(const PointCloud& cloud, const Neighbors& index, double spa
 
 }  // namespace
 
-Mixture initial_mixture(const PointCloud& cloud, const Kernel& kernel, const HemOptions& options,
-                        const RunContext& context) {
+Mixture initial_mixture(const PointCloud& cloud, const Neighbors& index, const Kernel& kernel,
+                        const HemOptions& options, const RunContext& context) {
   const std::size_t n = cloud.size();
   const double variance = kernel.sigma0 * kernel.sigma0;
   Mixture mixture;
@@ -77,7 +78,6 @@ Mixture initial_mixture(const PointCloud& cloud, const Kernel& kernel, const Hem
   }
   if (!local && !estimate_normals && !options.balance) return mixture;
 
-  const Neighbors index(cloud.positions);
   if (local || estimate_normals) {
     parallel_blocks(
         n, context,

@@ -12,8 +12,8 @@ struct Kernel {
 
 /// Level 0 of the hierarchy: one Gaussian per point (Preiner et al. 2014, section 5.3, Eq. 12, 26; design of σ0 in
 /// HemOptions). Its lengths are those of `kernel`. Precondition: sigma0 > 0, and spacing > 0 for local covariances and
-/// balanced weights.
-Mixture initial_mixture(const PointCloud& cloud, const Kernel& kernel, const HemOptions& options,
-                        const RunContext& context);
+/// balanced weights; `index` is that of the points.
+Mixture initial_mixture(const PointCloud& cloud, const Neighbors& index, const Kernel& kernel,
+                        const HemOptions& options, const RunContext& context);
 
 }  // namespace gpsrecon

@@ -1,7 +1,8 @@
+#include <gpsrecon/hem/likelihood.h>
+
 #include <gpsrecon/core/component_search.h>
 #include <gpsrecon/core/gaussian.h>
 #include <gpsrecon/core/parallel.h>
-#include <gpsrecon/hem/likelihood.h>
 #include <algorithm>
 #include <cmath>
 #include <numeric>

@@ -57,14 +57,6 @@ ColumnRoles column_roles(const std::vector<std::string>& names) {
   return roles;
 }
 
-std::string property_name(const std::string& wanted, const std::vector<std::string>& taken) {
-  std::string name = wanted.empty() ? "scalar" : wanted;
-  for (char& c : name)
-    if (static_cast<unsigned char>(c) <= ' ' || c == '\x7f') c = '_';
-  while (std::find(taken.begin(), taken.end(), name) != taken.end()) name += '_';
-  return name;
-}
-
 void recognize_labels(std::vector<ScalarColumn>& columns) {
   for (ScalarColumn& column : columns)
     if (names_label(column.name) && is_whole(column)) column.kind = ScalarKind::label;

@@ -21,9 +21,6 @@ struct ColumnRoles {
 };
 ColumnRoles column_roles(const std::vector<std::string>& names);
 
-/// A name that a PLY header can hold and that is not among `taken`.
-std::string property_name(const std::string& wanted, const std::vector<std::string>& taken);
-
 /// Makes those columns labels whose name says so, as long as their numbers are whole: class, classification, label,
 /// segment, cluster, category, instance, object, material, region, part; in the plural too, after "scalar_" and before
 /// "id" or "_id", without regard to case.

@@ -15,7 +15,6 @@
 
 #include "columns.h"
 #include "formats.h"
-#include "mixture_rows.h"
 #include "output_file.h"
 #include "ply_header.h"
 #include "text.h"
@@ -237,17 +236,6 @@ void write_mesh(const Mesh& mesh, const std::string& path, PlyEncoding encoding)
     default:
       return io::write_ply(mesh, path, encoding);
   }
-}
-
-Mixture as_stored(const Mixture& mixture) {
-  const double world_sigma0 = std::ldexp(mixture.sigma0, mixture.frame.exponent);
-  const double world_spacing = std::ldexp(mixture.spacing, mixture.frame.exponent);
-  Mixture stored = io::from_rows(io::to_rows(mixture), mixture.frame, world_sigma0, world_spacing);
-  stored.colors = mixture.colors;
-  stored.scalars = mixture.scalars;
-  std::vector<std::string> taken = io::gaussian_property_names(mixture);
-  for (ScalarColumn& column : stored.scalars) taken.push_back(column.name = io::property_name(column.name, taken));
-  return stored;
 }
 
 void check_writable(const std::string& path, bool mesh_format) {

@@ -59,10 +59,6 @@ void write_covmesh(const CovMesh& mesh, const std::string& path, PlyEncoding enc
 /// attributes are left out. STL and glTF have triangles only, into which polygons are split.
 void write_mesh(const Mesh& mesh, const std::string& path, PlyEncoding encoding = PlyEncoding::binary);
 
-/// What read_mixture() returns for a file of `mixture`, without the file. Stages that hand mixtures over in memory pass
-/// them through this, so that they compute the same bits as when they hand over files.
-Mixture as_stored(const Mixture& mixture);
-
 /// Throws OutputError unless a file can be created at `path` (its folder exists and is writable, it is not a directory)
 /// and its extension is one that `write_mesh` knows if `mesh_format` is set. Leaves nothing behind.
 void check_writable(const std::string& path, bool mesh_format = false);

@@ -1,12 +1,12 @@
 // Points, mixtures, covariance meshes and meshes from the elements of a PLY file.
 
 #include <gpsrecon/core/error.h>
+#include <gpsrecon/core/mixture_rows.h>
 #include <algorithm>
 #include <cmath>
 
 #include "columns.h"
 #include "formats.h"
-#include "mixture_rows.h"
 #include "ply_body.h"
 #include "ply_comment.h"
 #include "text.h"

@@ -1,6 +1,7 @@
 // PLY files of points, mixtures, covariance meshes and meshes.
 
 #include <gpsrecon/core/in_frame.h>
+#include <gpsrecon/core/mixture_rows.h>
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -11,7 +12,6 @@
 
 #include "columns.h"
 #include "formats.h"
-#include "mixture_rows.h"
 #include "output_file.h"
 #include "ply_comment.h"
 #include "precision.h"

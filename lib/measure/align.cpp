@@ -1,3 +1,5 @@
+#include <gpsrecon/measure/align.h>
+
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/face_geometry.h>
 #include <gpsrecon/core/in_frame.h>
@@ -5,7 +7,6 @@
 #include <gpsrecon/core/order_statistics.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/core/random.h>
-#include <gpsrecon/measure/align.h>
 #include <gpsrecon/measure/compare.h>
 #include <gpsrecon/measure/distance.h>
 #include <gpsrecon/measure/mesh_measures.h>

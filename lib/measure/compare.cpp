@@ -1,3 +1,5 @@
+#include <gpsrecon/measure/compare.h>
+
 #include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/face_geometry.h>
@@ -5,7 +7,6 @@
 #include <gpsrecon/core/neighbors.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/core/random.h>
-#include <gpsrecon/measure/compare.h>
 #include <gpsrecon/measure/mesh_measures.h>
 #include <Eigen/Geometry>
 #include <algorithm>

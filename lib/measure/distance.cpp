@@ -1,3 +1,5 @@
+#include <gpsrecon/measure/distance.h>
+
 #include <CGAL/AABB_traits.h>
 #include <CGAL/AABB_tree.h>
 #include <CGAL/Simple_cartesian.h>
@@ -7,7 +9,6 @@
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/face_geometry.h>
 #include <gpsrecon/core/parallel.h>
-#include <gpsrecon/measure/distance.h>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>

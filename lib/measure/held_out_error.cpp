@@ -1,9 +1,10 @@
+#include <gpsrecon/measure/held_out_error.h>
+
 #include <gpsrecon/core/face_geometry.h>
 #include <gpsrecon/core/neighbors.h>
 #include <gpsrecon/core/order_statistics.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/measure/distance.h>
-#include <gpsrecon/measure/held_out_error.h>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,8 @@
+#include <gpsrecon/measure/mesh_measures.h>
+
 #include <gpsrecon/core/face_geometry.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/core/self_intersections.h>
-#include <gpsrecon/measure/mesh_measures.h>
 #include <Eigen/Geometry>
 #include <algorithm>
 
@@ -54,10 +55,10 @@ MeshMeasures measure_mesh(const Mesh& mesh, const RunContext& context, bool self
   return report;
 }
 
-std::vector<BoundaryLoop> measure_boundary_loops(const std::vector<Vec3>& positions, const FaceList& faces,
+std::vector<BoundaryLoop> measure_boundary_loops(const std::vector<Vec3>& positions, const Connectivity& connectivity,
                                                  const Frame& frame, const std::vector<std::string>& reasons) {
   std::vector<BoundaryLoop> loops;
-  for (const std::vector<Index>& vertices : boundary_loops(build_connectivity(faces, positions.size()))) {
+  for (const std::vector<Index>& vertices : boundary_loops(connectivity)) {
     BoundaryLoop loop;
     if (!reasons.empty()) loop.reason = reasons[loops.size()];
     loop.vertex = *std::min_element(vertices.begin(), vertices.end());

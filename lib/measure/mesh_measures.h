@@ -1,5 +1,6 @@
 #pragma once
 
+#include <gpsrecon/core/connectivity.h>
 #include <gpsrecon/core/mesh.h>
 #include <gpsrecon/core/mesh_topology.h>
 #include <gpsrecon/core/run_context.h>
@@ -52,7 +53,7 @@ MeshMeasures measure_mesh(const Mesh& mesh, const RunContext& context = {}, bool
 
 /// The boundary loops of a mesh, longest first, in scene units and world coordinates. `reasons` are those of the loops
 /// in the order of boundary_loops(), or empty if unknown.
-std::vector<BoundaryLoop> measure_boundary_loops(const std::vector<Vec3>& positions, const FaceList& faces,
+std::vector<BoundaryLoop> measure_boundary_loops(const std::vector<Vec3>& positions, const Connectivity& connectivity,
                                                  const Frame& frame, const std::vector<std::string>& reasons = {});
 
 /// Numbers stored: ten per vertex (mean 3, covariance 6, weight 1) and one per face corner (its index); numbers read:

@@ -1,6 +1,7 @@
+#include <gpsrecon/measure/statistics.h>
+
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/parallel.h>
-#include <gpsrecon/measure/statistics.h>
 #include <algorithm>
 #include <cmath>
 #include <numeric>

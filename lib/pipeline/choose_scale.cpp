@@ -1,7 +1,8 @@
+#include <gpsrecon/pipeline/choose_scale.h>
+
 #include <gpsrecon/core/random.h>
 #include <gpsrecon/hem/likelihood.h>
 #include <gpsrecon/measure/held_out_error.h>
-#include <gpsrecon/pipeline/choose_scale.h>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -39,7 +40,7 @@ RunContext silent(const RunContext& context) {
 }
 
 ReconstructOptions trial_options(ReconstructOptions options, double detail) {
-  options.detail = detail;
+  options.hem.detail = detail;
   options.hem.on_level = nullptr;
   options.triangulate.on_snapshot = nullptr;
   options.self_intersections = false;
@@ -70,11 +71,6 @@ struct Search {
   ScaleSearchReport& found;
 
   RunContext quiet = silent(context);
-
-  void warn(const std::string& warning, ErrorReport& report) const {
-    context.warn(warning);
-    report.warnings.push_back(warning);
-  }
 };
 
 // The budget.
@@ -82,16 +78,15 @@ struct Search {
 /// Number of Gaussians at a level of detail, and with `triangulated` that of the vertices of their covariance mesh.
 std::size_t try_detail(const Search& search, double detail, bool triangulated) {
   const ReconstructOptions options = trial_options(search.options, detail);
-  ErrorReport report;
-  const Mixture mixture = mixture_stage(search.cloud, options, search.quiet, report);
+  const MixtureResult mixture = build_mixture(search.cloud, options.hem, search.quiet);
   ScaleTrial& trial = search.found.tried.emplace_back();
   trial.detail = detail;
-  trial.sigma0 = report.scale->sigma0;
-  trial.components = mixture.size();
+  trial.sigma0 = mixture.kernel.sigma0;
+  trial.components = mixture.mixture.size();
   search.found.chosen = search.found.tried.size() - 1;
   search.context.progress("scale", static_cast<double>(search.found.tried.size()) / (max_trials + 1));
-  if (!triangulated) return mixture.size();
-  trial.vertices = triangulate_stage(mixture, options, search.quiet, report).vertices.size();
+  if (!triangulated) return trial.components;
+  trial.vertices = triangulate(mixture.mixture, options.triangulate, search.quiet).mesh.vertices.size();
   return *trial.vertices;
 }
 
@@ -148,9 +143,9 @@ ReconstructOptions within_budget(const Search& search) {
   // Filled holes and vertices that part may take more than the mixture leaves.
   for (std::size_t vertices = budget + 1; vertices > budget;
        target *= close_enough * static_cast<double>(budget) / static_cast<double>(vertices)) {
-    chosen.detail = detail_for(search, target);
+    chosen.hem.detail = detail_for(search, target);
     try {
-      vertices = try_detail(search, chosen.detail, true);
+      vertices = try_detail(search, chosen.hem.detail, true);
     } catch (const NoSurfaceError& error) {
       throw OptionError("budget must be larger, not " + std::to_string(budget) + ": " + error.what());
     }
@@ -169,38 +164,38 @@ std::size_t fit_limit(std::size_t components) {
 /// Bound of the error of the chain on the points that are not held out; infinite if no surface comes out.
 double try_error(const Search& search, const PreparedCloud& rest, const std::vector<Vec3>& held_out, double detail) {
   ReconstructOptions options = trial_options(search.options, detail);
-  const double unit = rest.clean.cloud.frame.scale();
-  ErrorReport report;
+  const double unit = rest.cloud.frame.scale();
   ScaleTrial& trial = search.found.tried.emplace_back();
   trial.detail = detail;
-  const Mixture mixture = mixture_stage(rest, options, search.quiet, report);
-  trial.sigma0 = report.scale->sigma0;
-  trial.components = mixture.size();
-  if (detail < 1) options.fit.max_vertices = fit_limit(mixture.size());
+  const MixtureResult mixture = build_mixture(rest, options.hem, search.quiet);
+  trial.sigma0 = mixture.kernel.sigma0;
+  trial.components = mixture.mixture.size();
+  if (detail < 1) options.fit.max_vertices = fit_limit(trial.components);
   search.context.progress("scale", static_cast<double>(search.found.tried.size()) / max_error_trials);
   CovMesh covmesh;
   try {
-    covmesh = triangulate_stage(mixture, options, search.quiet, report);
+    covmesh = triangulate(mixture.mixture, options.triangulate, search.quiet).mesh;
   } catch (const NoSurfaceError&) {
     return std::numeric_limits<double>::infinity();
   }
-  covmesh = fit_stage(std::move(covmesh), rest, options, search.quiet, report);
+  covmesh = fit(std::move(covmesh), rest, options.fit, search.quiet).mesh;
   trial.vertices = covmesh.vertices.size();
-  const Mesh mesh = subdivide_stage(covmesh, options, search.quiet, report);
+  SubdivideOptions subdivision = options.subdivide;
+  subdivision.attributes = false;
+  const Mesh mesh = subdivide(covmesh, rest, subdivision, search.quiet);
   trial.error = held_out_error(mesh, held_out, search.quiet).bound() * unit;
-  return *trial.error / (rest.diagonal * unit);
+  return *trial.error / rest.scene_diagonal();
 }
 
-ReconstructOptions within_error(const Search& search, ErrorReport& report) {
-  const PointCloud& cloud = search.cloud.clean.cloud;
+ReconstructOptions within_error(const Search& search) {
+  const PointCloud& cloud = search.cloud.cloud;
   ReconstructOptions chosen = search.options;
   const Split points = split(cloud.size(), error_share, error_stream, search.context.seed);
   if (points.held_out.size() < min_held_out) {
-    search.warn("too few points to hold some out and measure an error; the kernel width stays automatic", report);
+    search.context.warn("too few points to hold some out and measure an error; the kernel width stays automatic");
     return chosen;
   }
-  PreparedCloud rest = search.cloud;
-  rest.clean.cloud = select(cloud, points.rest);
+  const PreparedCloud rest = search.cloud.with_points(select(cloud, points.rest));
   std::vector<Vec3> held_out;
   for (const Index i : points.held_out) held_out.push_back(cloud.positions[i]);
 
@@ -211,7 +206,7 @@ ReconstructOptions within_error(const Search& search, ErrorReport& report) {
     const std::string known =
         std::isinf(automatic) ? "no surface comes out without the points that are held out"
                               : "the error may be " + number(automatic) + " of the diagonal with the automatic kernel";
-    search.warn(known + ": " + number(limit) + " cannot be promised; the kernel width stays automatic", report);
+    search.context.warn(known + ": " + number(limit) + " cannot be promised; the kernel width stays automatic");
     return chosen;
   }
   int fine = 0, coarse = max_half_octaves + 1;
@@ -224,51 +219,50 @@ ReconstructOptions within_error(const Search& search, ErrorReport& report) {
       search.found.chosen = search.found.tried.size() - 1;
     }
   }
-  chosen.detail = detail_of(fine);
+  chosen.hem.detail = detail_of(fine);
   if (fine > 0) chosen.fit.max_vertices = fit_limit(search.found.tried[search.found.chosen].components);
   return chosen;
 }
 
 }  // namespace
 
-ReconstructOptions choose_scale(const PreparedCloud& cloud, const ReconstructOptions& options,
-                                const RunContext& context, ErrorReport& report) {
-  if (options.budget == 0 && !options.max_error) return options;
-  ScaleReport& scale = report.scale ? *report.scale : report.scale.emplace();
-  const Search search{cloud, options, context, scale.search.emplace()};
+ScaleChoice choose_scale(const PreparedCloud& cloud, const ReconstructOptions& options, const RunContext& context) {
+  ScaleChoice choice{options, std::nullopt, ""};
+  if (options.budget == 0 && !options.max_error) return choice;
+  const Search search{cloud, options, context, choice.search.emplace()};
   const bool by_budget = options.budget > 0;
   search.found.by = by_budget ? "budget" : "max_error";
   search.found.wanted = by_budget ? static_cast<double>(options.budget)
                                   : options.max_error->resolve(cloud.lengths(), "max-error") / cloud.diagonal;
-  ReconstructOptions chosen = by_budget ? within_budget(search) : within_error(search, report);
+  choice.options = by_budget ? within_budget(search) : within_error(search);
+  choice.words = by_budget ? ", for at most " + std::to_string(options.budget) + " vertices"
+                           : ", the widest with an error within " + options.max_error->text();
   for (const ScaleTrial& t : search.found.tried)
     context.log(LogLevel::info, "tried detail " + number(t.detail) + ": " + std::to_string(t.components) +
                                     " Gaussians" +
-                                    (t.error ? ", error at most " + number(*t.error / report.diagonal) : ""));
-  return chosen;
+                                    (t.error ? ", error at most " + number(*t.error / cloud.scene_diagonal()) : ""));
+  return choice;
 }
 
-void check_scale(const PreparedCloud& cloud, const ReconstructOptions& options, const RunContext& context,
-                 ErrorReport& report) {
-  const PointCloud& all = cloud.clean.cloud;
+std::optional<ScaleCheckReport> check_scale(const PreparedCloud& cloud, const ReconstructOptions& options,
+                                            const RunContext& context) {
+  const PointCloud& all = cloud.cloud;
   const Split points = split(all.size(), likelihood_share, likelihood_stream, context.seed);
   if (points.held_out.size() < min_held_out) {
-    const std::string warning = "too few points to hold some out and check the kernel width";
-    context.warn(warning);
-    report.warnings.push_back(warning);
-    return;
+    context.warn("too few points to hold some out and check the kernel width");
+    return std::nullopt;
   }
   const PointCloud rest = select(all, points.rest), judges = select(all, points.held_out);
   const RunContext quiet = silent(context);
   const Scale scale = estimate_scale(rest, options.scale, quiet);
   HemOptions hem = options.hem;
   hem.on_level = nullptr;
+  hem.detail = 1;
   const double unit = all.frame.scale();
   hem.spacing = Length::scene(scale.spacing * unit);
   LikelihoodOptions likelihood;
   likelihood.outlier_volume = std::pow(cloud.diagonal, 3);
-  ScaleReport& described = report.scale ? *report.scale : report.scale.emplace();
-  ScaleCheckReport& check = described.check.emplace();
+  ScaleCheckReport check;
   check.held_out_points = judges.size();
   double weight = 0;
   for (std::size_t i = 0; i < judges.size(); ++i) weight += judges.weight(i);
@@ -296,6 +290,7 @@ void check_scale(const PreparedCloud& cloud, const ReconstructOptions& options, 
                                   return a.mean_log_likelihood < b.mean_log_likelihood;
                                 })
                    ->factor;
+  return check;
 }
 
 }  // namespace gpsrecon

@@ -4,7 +4,14 @@
 
 namespace gpsrecon {
 
-/// The options with what `budget` or `max_error` ask for filled in, `detail` and `fit.max_vertices`; as they are if
+/// The kernel that a budget or a bound of the error leads to.
+struct ScaleChoice {
+  ReconstructOptions options;               ///< with `hem.detail` and `fit.max_vertices` filled in
+  std::optional<ScaleSearchReport> search;  ///< what was tried, if anything was
+  std::string words;                        ///< to be added to KernelStatistics::choice
+};
+
+/// The options with what `budget` or `max_error` ask for filled in, `hem.detail` and `fit.max_vertices`; as they are if
 /// neither is given. What was tried goes into the report (`scale.search`), what could not be had into its warnings.
 ///
 /// Budget N: if the automatic mixture and its triangulation have at most N vertices they stay, and the fit is limited
@@ -17,12 +24,11 @@ namespace gpsrecon {
 ///
 /// A dozen runs of the mixture for a budget, four runs of the chain for an error, at most. Throws OptionError if not
 /// even the coarsest mixture is within the budget or no surface comes out of it, and what the stages throw.
-ReconstructOptions choose_scale(const PreparedCloud& cloud, const ReconstructOptions& options,
-                                const RunContext& context, ErrorReport& report);
+ScaleChoice choose_scale(const PreparedCloud& cloud, const ReconstructOptions& options, const RunContext& context);
 
 /// Held-out log-likelihood (hem/likelihood.h) of the mixture for kernels of 0.5 to 2 times the automatic one: a fifth
 /// of the points is held out, the mixtures are made of the others. Changes nothing but the report (`scale.check`).
-void check_scale(const PreparedCloud& cloud, const ReconstructOptions& options, const RunContext& context,
-                 ErrorReport& report);
+std::optional<ScaleCheckReport> check_scale(const PreparedCloud& cloud, const ReconstructOptions& options,
+                                            const RunContext& context);
 
 }  // namespace gpsrecon

@@ -1,3 +1,6 @@
+#include <gpsrecon/pipeline/point_normals.h>
+
+#include <gpsrecon/core/clean.h>
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/face_geometry.h>
 #include <gpsrecon/core/in_frame.h>
@@ -5,7 +8,6 @@
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/measure/distance.h>
 #include <gpsrecon/measure/mesh_measures.h>
-#include <gpsrecon/pipeline/point_normals.h>
 #include <Eigen/Geometry>
 #include <cmath>
 #include <string>
@@ -16,7 +18,7 @@ namespace {
 /// Normals at the distinct points, from those that are not isolated.
 std::vector<Vec3> estimate(const PointCloud& distinct, PreparedCloud& used, const PointNormalsOptions& options,
                            const NormalSources& sources, const RunContext& context) {
-  PointCloud& cloud = used.clean.cloud;
+  PointCloud& cloud = used.cloud;
   NormalOptions normals = options.normals;
   const double given_h = options.support_radius.resolve(used.lengths(), "support-radius");
   normals.h = given_h;
@@ -33,11 +35,9 @@ std::vector<Vec3> estimate(const PointCloud& distinct, PreparedCloud& used, cons
   context.progress("normals", 0.3);
   normals.h = given_h;  // an automatic one depends on the place
   if (options.method == NormalMethod::weiszfeld) return weiszfeld_normals(distinct.positions, cloud, normals, context);
-  ReconstructOptions reduction = options.mixture;
-  reduction.hem.normals = true;
-  ErrorReport report;
-  const Mixture mixture = mixture_stage(used, reduction, context, report);
-  return csw_normals(distinct.positions, mixture, normals, context);
+  HemOptions reduction = options.mixture;
+  reduction.normals = true;
+  return csw_normals(distinct.positions, build_mixture(used, reduction, context).mixture, normals, context);
 }
 
 std::vector<Vec3> sides_of_surface(const PointCloud& distinct, const Mesh& surface, const RunContext& context) {

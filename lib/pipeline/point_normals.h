@@ -2,7 +2,9 @@
 
 #include <gpsrecon/clop/normals.h>
 #include <gpsrecon/clop/orientation.h>
-#include <gpsrecon/pipeline/reconstruct.h>
+#include <gpsrecon/core/mesh.h>
+#include <gpsrecon/core/prepared_cloud.h>
+#include <gpsrecon/hem/hem.h>
 #include <array>
 #include <optional>
 #include <string_view>
@@ -33,12 +35,7 @@ struct PointNormalsOptions {
   ScaleOptions scale;
   /// Of the mixture that `NormalMethod::csw` reduces the points to, less than for a surface: medians of few Gaussians
   /// jump from the normal of one to that of the next.
-  ReconstructOptions mixture = [] {
-    ReconstructOptions options;
-    options.hem.alpha = 1.5;
-    options.hem.flat_levels = 0;
-    return options;
-  }();
+  HemOptions mixture{.alpha = 1.5, .flat_levels = 0};
 
   static OptionTable fields() {
     using O = PointNormalsOptions;
@@ -67,7 +64,7 @@ struct NormalSources {
 };
 
 /// The finite points of a cloud in world coordinates, in their order and with all attributes, and their normals, in
-/// place of those they have. Equal points have equal normals. Isolated points (hem/scale.h) have normals but do not
+/// place of those they have. Equal points have equal normals. Isolated points (core/scale.h) have normals but do not
 /// count for those of others. O(n log n + n k). Throws OptionError, also for an orientation without what it needs;
 /// InputError if no point is finite, the surface has no faces or the mixture no normals; NoSurfaceError if there are
 /// only one or two points, equal or on a line; Cancelled.

@@ -1,5 +1,6 @@
-#include <gpsrecon/core/error.h>
 #include <gpsrecon/pipeline/projection.h>
+
+#include <gpsrecon/core/error.h>
 #include <cmath>
 #include <string>
 
@@ -30,12 +31,13 @@ double projection_sigma0(const Scale& scale, InitialCovariance initial) {
   return 0.5 * automatic_sigma0(scale, initial);
 }
 
-PointCloud project_points(const PointCloud& points, const Scale& scale, double diagonal,
-                          const ProjectionOptions& options, const RunContext& context) {
+PointCloud project_points(const PreparedCloud& cloud, const ProjectionOptions& options, const RunContext& context) {
   options.check();
+  const PointCloud& points = cloud.cloud;
+  const Scale& scale = cloud.scale;
   const PointCloud places = places_of(points);
   const double unit = points.frame.scale();
-  const LengthScale lengths{.diagonal = diagonal, .spacing = scale.spacing, .scene_to_local = 1 / unit};
+  const LengthScale lengths = cloud.lengths();
   ProjectOptions project = options.project;
   project.support_radius =
       options.support_radius.resolve(lengths, "support-radius", automatic_support_radius(scale.spacing, scale.noise));
@@ -45,7 +47,8 @@ PointCloud project_points(const PointCloud& points, const Scale& scale, double d
   if (options.method == ProjectionMethod::clop) {
     HemOptions hem = options.hem;
     const double spacing = hem.spacing.resolve(lengths, "spacing", scale.spacing);
-    const double sigma0 = hem.sigma0.resolve(lengths, "sigma0", projection_sigma0(scale, hem.initial));
+    const double sigma0 = hem.sigma0.resolve(lengths, "sigma0", projection_sigma0(scale, hem.initial) / hem.detail);
+    hem.detail = 1;
     hem.spacing = Length::scene(spacing * unit);
     hem.sigma0 = Length::scene(sigma0 * unit);
     const Mixture mixture = build_mixture(places, hem, context);
@@ -56,7 +59,7 @@ PointCloud project_points(const PointCloud& points, const Scale& scale, double d
   }
   attributes_from_nearest(particles, points, context);
   context.log(LogLevel::info, "project: " + std::to_string(particles.size()) + " particles onto " + onto +
-                                  ", support radius " + std::to_string(project.support_radius / diagonal) +
+                                  ", support radius " + std::to_string(project.support_radius / cloud.diagonal) +
                                   " of the diagonal");
   return particles;
 }

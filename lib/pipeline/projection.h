@@ -2,8 +2,8 @@
 
 #include <gpsrecon/clop/particles.h>
 #include <gpsrecon/clop/project.h>
+#include <gpsrecon/core/prepared_cloud.h>
 #include <gpsrecon/hem/hem.h>
-#include <gpsrecon/hem/scale.h>
 #include <array>
 #include <string_view>
 
@@ -48,10 +48,10 @@ struct ProjectionOptions {
 /// attraction.
 double projection_sigma0(const Scale& scale, InitialCovariance initial);
 
-/// Particles of a cloud of this scale and bounding-box diagonal, lengths in its units (clop/particles.h), projected to
-/// its local medians (clop/project.h). In the frame of the cloud, with colours, scalars and sensors of the points
-/// nearest to where they end, without normals. Throws OptionError, NoSurfaceError, Cancelled.
-PointCloud project_points(const PointCloud& points, const Scale& scale, double diagonal,
-                          const ProjectionOptions& options = {}, const RunContext& context = {});
+/// Particles of a cloud (clop/particles.h), projected to its local medians (clop/project.h). In the frame of the cloud,
+/// with colours, scalars and sensors of the points nearest to where they end, without normals. Throws OptionError,
+/// NoSurfaceError, Cancelled.
+PointCloud project_points(const PreparedCloud& cloud, const ProjectionOptions& options = {},
+                          const RunContext& context = {});
 
 }  // namespace gpsrecon

@@ -1,10 +1,9 @@
 #pragma once
 
-#include <gpsrecon/core/clean.h>
+#include <gpsrecon/core/prepared_cloud.h>
 #include <gpsrecon/fit/fit.h>
 #include <gpsrecon/gps/subdivide.h>
 #include <gpsrecon/hem/hem.h>
-#include <gpsrecon/hem/scale.h>
 #include <gpsrecon/pipeline/projection.h>
 #include <gpsrecon/report/report.h>
 #include <gpsrecon/triangulate/triangulate.h>
@@ -22,7 +21,6 @@ struct ReconstructOptions {
   /// Makes the mixture of projected particles (projection.h) instead of the points, with the kernel width of the
   /// points. Surface and report still refer to the points. Excludes `max_error`. None: of the points.
   std::optional<ProjectionOptions> projection;
-  double detail = 1;
   std::size_t budget = 0;
   std::optional<Length> max_error;
   bool check_scale = false;
@@ -31,10 +29,6 @@ struct ReconstructOptions {
   static OptionTable fields() {
     using O = ReconstructOptions;
     return {
-        field<&O::detail>(
-            "detail", "(0, 100]",
-            "divide the automatic kernel width by X: above 1 more detail, below 1 smoother; clamped, with a "
-            "warning, where the surface would fall apart"),
         field<&O::budget>("budget", ">= 4 or 0",
                           "vertices of the covariance mesh, at most, and about as many if it needs them: the kernel is "
                           "widened as far as it takes, and the fit adds vertices where the points show detail; 0 = no "
@@ -53,44 +47,16 @@ struct ReconstructOptions {
   void check() const;
 };
 
-/// The points the stages work on, and the scale found in them.
-struct PreparedCloud {
-  CleanCloud clean;  ///< without the isolated points
-  Scale scale;       ///< in local units; `isolated` refers to the points before they were dropped
-  std::size_t isolated = 0;
-  double diagonal = 0;  ///< bounding-box diagonal of the remaining points, local units
-
-  /// What options that are lengths refer to.
-  LengthScale lengths() const;
-};
-
-/// Cleans the cloud (core/clean.h), estimates its scale (hem/scale.h) and drops isolated points.
-/// Throws InputError if no point is finite; NoSurfaceError if the rest is one or two points, equal or on a line.
-PreparedCloud prepare(const PointCloud& world, const ScaleOptions& options = {}, const RunContext& context = {});
-
+/// A surface and what there is to say of it.
 struct Reconstruction {
-  CovMesh covmesh;
-  Mesh mesh;
-  ErrorReport report;
+  CovMesh covmesh;     ///< in local coordinates: covmesh.vertices.frame.to_world() gives those of the input
+  Mesh mesh;           ///< in the same frame
+  ErrorReport report;  ///< lengths in scene units, positions in world coordinates, indices are rows of the input
 };
-
-/// The stages one by one, as the chain and the commands of the program run them. Results of stages that are written to
-/// files are rounded so that the file gives back the same bits.
-Mixture mixture_stage(const PreparedCloud& cloud, const ReconstructOptions& options, const RunContext& context,
-                      ErrorReport& report);
-CovMesh triangulate_stage(const Mixture& mixture, const ReconstructOptions& options, const RunContext& context,
-                          ErrorReport& report);
-/// Also turns open components to where the points were seen from, or to the side of their normals, if they tell.
-CovMesh fit_stage(CovMesh mesh, const PreparedCloud& cloud, const ReconstructOptions& options,
-                  const RunContext& context, ErrorReport& report);
-Mesh subdivide_stage(const CovMesh& mesh, const ReconstructOptions& options, const RunContext& context,
-                     ErrorReport& report);
-/// With the points at hand, their colours and scalars (core/attributes.h) instead of the coarser ones of the Gaussians.
-Mesh subdivide_stage(const CovMesh& mesh, const PreparedCloud& cloud, const ReconstructOptions& options,
-                     const RunContext& context, ErrorReport& report);
 
 /// Points to surface: clean, scale, mixture, triangulation, fit, subdivision, report. The input is in world
-/// coordinates. Throws what the stages throw.
+/// coordinates. `triangulate.sensor`, if given, is that of the points. Warnings and times are in the report, and in the
+/// record of the context if it has one. Throws what the stages throw.
 Reconstruction reconstruct(const PointCloud& world, const ReconstructOptions& options = {},
                            const RunContext& context = {});
 

@@ -1,5 +1,6 @@
-#include <gpsrecon/core/error.h>
 #include <gpsrecon/report/file_hash.h>
+
+#include <gpsrecon/core/error.h>
 #include <fstream>
 #include <vector>
 

@@ -1,9 +1,10 @@
+#include <gpsrecon/report/heatmap.h>
+
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/face_geometry.h>
 #include <gpsrecon/core/order_statistics.h>
 #include <gpsrecon/measure/distance.h>
 #include <gpsrecon/measure/mesh_measures.h>
-#include <gpsrecon/report/heatmap.h>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>

@@ -1,8 +1,9 @@
+#include <gpsrecon/report/html_report.h>
+
 #include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/face_geometry.h>
 #include <gpsrecon/measure/mesh_measures.h>
-#include <gpsrecon/report/html_report.h>
 #include <gpsrecon/report/html_resources.h>
 #include <gpsrecon/report/picture.h>
 #include <algorithm>

@@ -1,7 +1,8 @@
+#include <gpsrecon/report/picture.h>
+
 #include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/face_geometry.h>
 #include <gpsrecon/core/principal_axes.h>
-#include <gpsrecon/report/picture.h>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,7 @@
+#include <gpsrecon/report/report.h>
+
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/measure/mesh_measures.h>
-#include <gpsrecon/report/report.h>
 #include <Eigen/Core>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -69,8 +70,12 @@ Json to_object(const ScaleReport& r, double diagonal) {
           {"check", r.check ? to_object(*r.check, diagonal) : Json(nullptr)}};
 }
 
-Json to_object(const MixtureReport& r) {
-  return {{"levels", r.levels}, {"components", r.components}, {"weight", r.weight}};
+/// The numbers of a stage under their own names.
+template <class Statistics>
+Json counts_json(const Statistics& statistics) {
+  Json json = Json::object();
+  statistics.each([&](const char* name, const auto& value) { json[name] = value; });
+  return json;
 }
 
 Json to_object(const Topology& t) {
@@ -97,40 +102,19 @@ Json to_object(const BoundaryLoop& r, double diagonal) {
 }
 
 Json to_object(const CovMeshReport& r, double diagonal) {
-  Json loops = Json::array();
+  Json json = {{"vertices", r.vertices}, {"faces", r.faces}, {"topology", to_object(r.topology)}};
+  json.update(counts_json<TriangulationStatistics>(r));
+  json["self_intersecting_faces"] = null_or(r.self_intersecting_faces);
+  Json& loops = json["boundary_loops"] = Json::array();
   for (const BoundaryLoop& loop : r.boundary_loops) loops.push_back(to_object(loop, diagonal));
-  return {{"vertices", r.vertices},
-          {"faces", r.faces},
-          {"topology", to_object(r.topology)},
-          {"light_components", r.light_components},
-          {"light_weight", r.light_weight},
-          {"leftover_components", r.leftover_components},
-          {"leftover_weight", r.leftover_weight},
-          {"dropped_specks", r.dropped_specks},
-          {"dropped_speck_weight", r.dropped_speck_weight},
-          {"split_vertices", r.split_vertices},
-          {"flipped_edges", r.flipped_edges},
-          {"closed_pinholes", r.closed_pinholes},
-          {"removed_handles", r.removed_handles},
-          {"untangled", r.untangled},
-          {"filled_holes", r.filled_holes},
-          {"filled_rims", r.filled_rims},
-          {"filled_vertices", r.filled_vertices},
-          {"flipped_components", r.flipped_components},
-          {"self_intersecting_faces", null_or(r.self_intersecting_faces)},
-          {"boundary_loops", std::move(loops)}};
+  return json;
 }
 
-Json to_object(const FitReport& r, double diagonal) {
-  return {{"steps", r.steps},
-          {"refinements", r.refinements},
-          {"added_vertices", r.added_vertices},
-          {"restrained_faces", r.restrained_faces},
-          {"mean_shift", length_json(r.mean_shift, diagonal)},
-          {"max_shift", length_json(r.max_shift, diagonal)},
-          {"held_out_points", r.held_out_points},
-          {"held_out_before", length_json(r.held_out_before, diagonal)},
-          {"held_out_after", length_json(r.held_out_after, diagonal)}};
+Json to_object(const FitStatistics& r, double diagonal) {
+  Json json = Json::object();
+  r.each([&](const char* name, const auto& value) { json[name] = value; },
+         [&](const char* name, double length) { json[name] = length_json(length, diagonal); });
+  return json;
 }
 
 Json to_object(const MeshReport& r) {
@@ -230,7 +214,7 @@ Json to_object(const ErrorReport& r) {
           {"input", optional_json(r.input)},
           {"dropped", std::move(dropped)},
           {"scale", optional_json(r.scale, diagonal)},
-          {"mixture", optional_json(r.mixture)},
+          {"mixture", r.mixture ? counts_json(*r.mixture) : Json(nullptr)},
           {"covmesh", optional_json(r.covmesh, diagonal)},
           {"fit", optional_json(r.fit, diagonal)},
           {"mesh", optional_json(r.mesh)},
@@ -321,6 +305,19 @@ std::string direction_text(const DirectionMeasures& r, double diagonal) {
 }
 
 }  // namespace
+
+void note_run(ErrorReport& report, const RunContext& context) {
+  report.seed = context.seed;
+  report.versions = library_versions();
+  report.run.threads = context.thread_count();
+  report.run.peak_memory_bytes = peak_memory_bytes();
+  if (context.record == nullptr) return;
+  context.record->times.stop();
+  report.warnings = context.record->warnings;
+  report.run.stages = context.record->times.stages();
+  report.run.wall_s = context.record->times.total().wall_s;
+  report.run.cpu_s = context.record->times.total().cpu_s;
+}
 
 ErrorReport report_of(const Comparison& comparison) {
   ErrorReport report;

@@ -2,9 +2,13 @@
 
 #include <gpsrecon/core/options.h>
 #include <gpsrecon/core/resource_usage.h>
+#include <gpsrecon/core/run_context.h>
+#include <gpsrecon/fit/fit.h>
+#include <gpsrecon/hem/hem.h>
 #include <gpsrecon/measure/align.h>
 #include <gpsrecon/measure/compare.h>
 #include <gpsrecon/measure/mesh_measures.h>
+#include <gpsrecon/triangulate/triangulate.h>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -70,50 +74,18 @@ struct ScaleCheckReport {
   double best = 1;  ///< factor with the largest likelihood
 };
 
-/// The resolution found in the cloud and the kernel that follows from it.
-struct ScaleReport {
-  double spacing = 0;                       ///< A, side of the area per point
-  double noise = 0;                         ///< ν, standard deviation across the surface
-  double sigma0 = 0;                        ///< standard deviation of the kernel each point was given
-  std::string choice;                       ///< how sigma0 was chosen, in words
-  std::optional<ScaleSearchReport> search;  ///< if there was one
-  std::optional<ScaleCheckReport> check;    ///< if it was asked for
+/// The kernel, and how its width was searched for or checked.
+struct ScaleReport : KernelStatistics {
+  std::optional<ScaleSearchReport> search = std::nullopt;  ///< if there was one
+  std::optional<ScaleCheckReport> check = std::nullopt;    ///< if it was asked for
 };
 
-struct MixtureReport {
-  std::vector<std::size_t> levels;  ///< components per level, level 0 first
-  std::size_t components = 0;
-  double weight = 0;  ///< sum of the weights: input points represented
-};
-
-/// The covariance mesh and what was left out of it.
-struct CovMeshReport {
+/// The covariance mesh as it is, and how it came about.
+struct CovMeshReport : TriangulationStatistics {
   std::size_t vertices = 0, faces = 0;
-  Topology topology;
-  std::size_t light_components = 0;
-  double light_weight = 0;
-  std::size_t leftover_components = 0;
-  double leftover_weight = 0;
-  std::size_t dropped_specks = 0;
-  double dropped_speck_weight = 0;
-  std::size_t split_vertices = 0;
-  std::size_t flipped_edges = 0;
-  std::size_t closed_pinholes = 0;
-  std::size_t removed_handles = 0;
-  std::size_t untangled = 0;
-  std::size_t filled_holes = 0, filled_rims = 0, filled_vertices = 0;
-  std::size_t flipped_components = 0;
-  std::optional<std::size_t> self_intersecting_faces;  ///< if they were counted
-  std::vector<BoundaryLoop> boundary_loops;
-};
-
-/// What the fit to the points did (fit/fit.h). Lengths in scene units.
-struct FitReport {
-  int steps = 0, refinements = 0;
-  std::size_t added_vertices = 0, restrained_faces = 0;
-  double mean_shift = 0, max_shift = 0;  ///< of the control vertices there were before
-  std::size_t held_out_points = 0;
-  double held_out_before = 0, held_out_after = 0;  ///< median distance of the held-out points from the surface
+  Topology topology = {};
+  std::optional<std::size_t> self_intersecting_faces = std::nullopt;  ///< if they were counted
+  std::vector<BoundaryLoop> boundary_loops = {};
 };
 
 /// The mesh, and where it comes from.
@@ -142,9 +114,9 @@ struct ErrorReport {
   std::optional<InputReport> input;
   std::vector<DroppedPoints> dropped;
   std::optional<ScaleReport> scale;
-  std::optional<MixtureReport> mixture;
+  std::optional<MixtureStatistics> mixture;
   std::optional<CovMeshReport> covmesh;
-  std::optional<FitReport> fit;
+  std::optional<FitStatistics> fit;
   std::optional<MeshReport> mesh;
   std::optional<DistanceMeasures> points_to_surface;
   std::optional<DirectionMeasures> surface_to_points;  ///< samples of the surface to the nearest point
@@ -163,6 +135,9 @@ struct ErrorReport {
 /// fixed order, null where a part does not apply; numbers read back to the same bits. Throws InvariantError, naming
 /// the key, if a number is not finite.
 std::string to_json(const ErrorReport& report);
+
+/// What the run context knows: seed, threads, warnings and times so far (RunContext::record), and the versions.
+void note_run(ErrorReport& report, const RunContext& context);
 
 /// The report of a comparison: what was measured, and the counts of what it was measured from.
 ErrorReport report_of(const Comparison& comparison);

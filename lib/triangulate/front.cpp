@@ -1,5 +1,6 @@
-#include <gpsrecon/core/parallel.h>
 #include <gpsrecon/triangulate/front.h>
+
+#include <gpsrecon/core/parallel.h>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>

@@ -1,8 +1,9 @@
+#include <gpsrecon/triangulate/handles.h>
+
 #include <gpsrecon/core/connectivity.h>
 #include <gpsrecon/core/disjoint_sets.h>
 #include <gpsrecon/core/mesh_topology.h>
 #include <gpsrecon/core/parallel.h>
-#include <gpsrecon/triangulate/handles.h>
 #include <algorithm>
 #include <optional>
 #include <tuple>

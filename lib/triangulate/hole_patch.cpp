@@ -1,9 +1,10 @@
+#include <gpsrecon/triangulate/hole_patch.h>
+
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Polygon_mesh_processing/self_intersections.h>
 #include <CGAL/Polygon_mesh_processing/triangulate_hole.h>
 #include <CGAL/Surface_mesh.h>
 #include <CGAL/boost/graph/Euler_operations.h>
-#include <gpsrecon/triangulate/hole_patch.h>
 #include <algorithm>
 #include <iterator>
 #include <utility>

@@ -1,9 +1,10 @@
+#include <gpsrecon/triangulate/holes.h>
+
 #include <gpsrecon/core/face_geometry.h>
 #include <gpsrecon/core/mesh_topology.h>
 #include <gpsrecon/core/neighbors.h>
 #include <gpsrecon/triangulate/handles.h>
 #include <gpsrecon/triangulate/hole_patch.h>
-#include <gpsrecon/triangulate/holes.h>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>

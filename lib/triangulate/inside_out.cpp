@@ -1,5 +1,6 @@
-#include <gpsrecon/core/disjoint_sets.h>
 #include <gpsrecon/triangulate/inside_out.h>
+
+#include <gpsrecon/core/disjoint_sets.h>
 #include <gpsrecon/triangulate/sheet_forest.h>
 #include <algorithm>
 

@@ -1,5 +1,6 @@
-#include <gpsrecon/core/order_statistics.h>
 #include <gpsrecon/triangulate/light_components.h>
+
+#include <gpsrecon/core/order_statistics.h>
 
 namespace gpsrecon {
 

@@ -1,6 +1,7 @@
+#include <gpsrecon/triangulate/outer_sides.h>
+
 #include <gpsrecon/core/disjoint_sets.h>
 #include <gpsrecon/core/exposure.h>
-#include <gpsrecon/triangulate/outer_sides.h>
 #include <gpsrecon/triangulate/sheet_forest.h>
 #include <algorithm>
 #include <cmath>

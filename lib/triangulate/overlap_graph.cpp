@@ -1,6 +1,7 @@
+#include <gpsrecon/triangulate/overlap_graph.h>
+
 #include <gpsrecon/core/neighbors.h>
 #include <gpsrecon/core/parallel.h>
-#include <gpsrecon/triangulate/overlap_graph.h>
 #include <algorithm>
 
 namespace gpsrecon {

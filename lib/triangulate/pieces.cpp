@@ -1,5 +1,6 @@
-#include <gpsrecon/core/mesh_topology.h>
 #include <gpsrecon/triangulate/pieces.h>
+
+#include <gpsrecon/core/mesh_topology.h>
 #include <algorithm>
 
 namespace gpsrecon {

@@ -1,5 +1,6 @@
-#include <gpsrecon/core/mesh_topology.h>
 #include <gpsrecon/triangulate/pinholes.h>
+
+#include <gpsrecon/core/mesh_topology.h>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>

@@ -1,16 +1,17 @@
+#include <gpsrecon/triangulate/triangulate.h>
+
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/mesh_topology.h>
+#include <gpsrecon/core/orient.h>
 #include <gpsrecon/triangulate/flips.h>
 #include <gpsrecon/triangulate/front.h>
 #include <gpsrecon/triangulate/holes.h>
 #include <gpsrecon/triangulate/inside_out.h>
 #include <gpsrecon/triangulate/light_components.h>
-#include <gpsrecon/triangulate/orient.h>
 #include <gpsrecon/triangulate/outer_sides.h>
 #include <gpsrecon/triangulate/overlap_graph.h>
 #include <gpsrecon/triangulate/pieces.h>
 #include <gpsrecon/triangulate/pinholes.h>
-#include <gpsrecon/triangulate/triangulate.h>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -167,6 +168,10 @@ Triangulation triangulate(const Mixture& mixture, const TriangulateOptions& opti
   result.flipped_components = orient(mesh.vertices, mesh.faces, sensor);
   for (const std::vector<Index>& loop : boundary_loops(build_connectivity(mesh.faces, mesh.vertices.size())))
     result.loop_reasons.push_back(mending.reason[kept[loop.front()]]);
+  mesh.vertices = as_stored(mesh.vertices);
+  context.log(LogLevel::info, "triangulate: " + std::to_string(mesh.faces.size()) + " faces over " +
+                                  std::to_string(mesh.vertices.size()) + " Gaussians, " +
+                                  std::to_string(result.loop_reasons.size()) + " boundary loops");
   context.progress("triangulate", 1);
   return result;
 }

@@ -94,34 +94,58 @@ struct TriangulateOptions {
   void check() const;
 };
 
-/// A covariance mesh and what was left out of it.
-struct Triangulation {
-  CovMesh mesh;
-  std::vector<Index> component_of_vertex;  ///< per mesh vertex: the component of the input mixture it came from, or
-                                           ///< no_index if it was made to fill a hole
-  std::size_t light_components = 0;        ///< Gaussians below min_weight_share
-  double light_weight = 0;                 ///< their weight, in points
-  std::size_t leftover_components = 0;     ///< other Gaussians that no face uses
-  double leftover_weight = 0;              ///< their weight, in points
-  std::size_t dropped_specks = 0;          ///< connected components below min_component_share
-  double dropped_speck_weight = 0;         ///< their weight, in points
-  std::size_t split_vertices = 0;          ///< copies made to part fans that touch in a vertex
-  std::size_t flipped_edges = 0;           ///< interior edges flipped for a better grade
-  std::size_t closed_pinholes = 0;         ///< boundary loops closed because the mixture bridges them
-  std::size_t untangled = 0;               ///< regions where the surface intersected itself that were replaced
-  std::size_t removed_handles = 0;         ///< handles too small for the mixture to tell from none
-  std::size_t filled_holes = 0;            ///< boundary loops closed as `holes` asks
-  std::size_t filled_rims = 0;             ///< of these, outer rims of open sheets
-  std::size_t filled_vertices = 0;         ///< vertices made for that
-  std::vector<LoopReason> loop_reasons;    ///< of the loops that boundary_loops() finds in the mesh, in its order
-  std::size_t turned_triangles = 0;        ///< of patches that had grown inside out
-  std::size_t flipped_components = 0;      ///< connected components turned over to face outward or the sensor
+/// What was left out of a covariance mesh, and what was done to it.
+struct TriangulationStatistics {
+  std::size_t light_components = 0;     ///< Gaussians below min_weight_share
+  double light_weight = 0;              ///< their weight, in points
+  std::size_t leftover_components = 0;  ///< other Gaussians that no face uses
+  double leftover_weight = 0;           ///< their weight, in points
+  std::size_t dropped_specks = 0;       ///< connected components below min_component_share
+  double dropped_speck_weight = 0;      ///< their weight, in points
+  std::size_t split_vertices = 0;       ///< copies made to part fans that touch in a vertex
+  std::size_t flipped_edges = 0;        ///< interior edges flipped for a better grade
+  std::size_t closed_pinholes = 0;      ///< boundary loops closed because the mixture bridges them
+  std::size_t removed_handles = 0;      ///< handles too small for the mixture to tell from none
+  std::size_t untangled = 0;            ///< regions where the surface intersected itself that were replaced
+  std::size_t filled_holes = 0;         ///< boundary loops closed as `holes` asks
+  std::size_t filled_rims = 0;          ///< of these, outer rims of open sheets
+  std::size_t filled_vertices = 0;      ///< vertices made for that
+  std::size_t flipped_components = 0;   ///< connected components turned over to face outward or the sensor
+
+  /// Calls count(name, value) for each, in the order of reports.
+  void each(const auto& count) const {
+    count("light_components", light_components);
+    count("light_weight", light_weight);
+    count("leftover_components", leftover_components);
+    count("leftover_weight", leftover_weight);
+    count("dropped_specks", dropped_specks);
+    count("dropped_speck_weight", dropped_speck_weight);
+    count("split_vertices", split_vertices);
+    count("flipped_edges", flipped_edges);
+    count("closed_pinholes", closed_pinholes);
+    count("removed_handles", removed_handles);
+    count("untangled", untangled);
+    count("filled_holes", filled_holes);
+    count("filled_rims", filled_rims);
+    count("filled_vertices", filled_vertices);
+    count("flipped_components", flipped_components);
+  }
+};
+
+/// A covariance mesh and how it came about.
+struct Triangulation : TriangulationStatistics {
+  CovMesh mesh = {};
+  std::vector<Index> component_of_vertex = {};  ///< per mesh vertex: the component of the input mixture it came from,
+                                                ///< or no_index if it was made to fill a hole
+  std::vector<LoopReason> loop_reasons = {};    ///< of the loops that boundary_loops() finds in the mesh, in its order
+  std::size_t turned_triangles = 0;             ///< of patches that had grown inside out
 };
 
 /// Connects the components of a mixture to a manifold, oriented triangle mesh: a greedy front over the graph of pairs
 /// with sufficient Bhattacharyya overlap, graded by overlap and flatness (Preiner et al. 2019, section 6.2, Eq. 18-22).
-/// Closed components face outward, those inside an odd number of others inward. O(n k log n) for n components of k
-/// overlapping neighbours. Throws OptionError, NoSurfaceError if no triangle can be made, Cancelled.
+/// Closed components face outward, those inside an odd number of others inward. The vertices are as_stored(). O(n k log
+/// n) for n components of k overlapping neighbours. Throws OptionError, NoSurfaceError if no triangle can be made,
+/// Cancelled.
 Triangulation triangulate(const Mixture& mixture, const TriangulateOptions& options = {},
                           const RunContext& context = {});
 

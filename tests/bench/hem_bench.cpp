@@ -1,8 +1,8 @@
 #include <benchmark/benchmark.h>
 
 #include <gpsrecon/core/clean.h>
+#include <gpsrecon/core/scale.h>
 #include <gpsrecon/hem/hem.h>
-#include <gpsrecon/hem/scale.h>
 #include <support/shapes.h>
 
 namespace gpsrecon {

@@ -183,7 +183,7 @@ int run(int argc, char** argv) {
   StageTimer timer;
   timer.start("prepare");
   const PreparedCloud prepared = prepare(read_points(s.points), {}, context);
-  const PointCloud& points = prepared.clean.cloud;
+  const PointCloud& points = prepared.cloud;
   const Scale& scale = prepared.scale;
   const double spacing = scale.spacing / std::sqrt(s.subsample);  // of what attracts
   const double automatic = automatic_support_radius(s.widen ? spacing : scale.spacing, scale.noise);

@@ -4,8 +4,8 @@
 #include <gpsrecon/core/clean.h>
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/gaussian.h>
+#include <gpsrecon/core/scale.h>
 #include <gpsrecon/hem/hem.h>
-#include <gpsrecon/hem/scale.h>
 #include <support/shapes.h>
 #include <Eigen/LU>
 #include <cstring>

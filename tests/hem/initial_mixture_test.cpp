@@ -25,7 +25,8 @@ double reach(const std::vector<Vec3>& points, std::size_t i, std::size_t k) {
 
 TEST(InitialMixture, IsotropicKernels) {
   const PointCloud cloud = test::random_sphere(100, 31).cloud();
-  const Mixture m = initial_mixture(cloud, {.sigma0 = 0.125}, {.initial = InitialCovariance::isotropic}, {});
+  const Mixture m = initial_mixture(cloud, Neighbors(cloud.positions), {.sigma0 = 0.125},
+                                    {.initial = InitialCovariance::isotropic}, {});
   ASSERT_NO_THROW(validate(m));
   EXPECT_EQ(m.means, cloud.positions);
   EXPECT_EQ(m.sigma0, 0.125);
@@ -42,7 +43,8 @@ TEST(InitialMixture, LocalCovarianceOfAPlane) {
   PointCloud cloud = test::rectangle(500, 1, 1, 32).cloud();
   for (Vec3& p : cloud.positions) p = turn * p;
   const double spacing = 0.1, sigma0 = 0.04;  // nowhere sparser than this, rim included
-  const Mixture m = initial_mixture(cloud, {sigma0, spacing}, {.initial = InitialCovariance::local}, {});
+  const Mixture m =
+      initial_mixture(cloud, Neighbors(cloud.positions), {sigma0, spacing}, {.initial = InitialCovariance::local}, {});
   ASSERT_NO_THROW(validate(m));
   for (const Sym3& covariance : m.covariances) {
     const Eigen3 e = eigen_decomposition(covariance);
@@ -62,8 +64,8 @@ TEST(InitialMixture, GaussiansWidenWhereTheCloudIsSparse) {
     for (int i = -6; i <= 6; ++i)
       for (int j = -6; j <= 6; ++j) cloud.positions.push_back(s * spacing * Vec3(i, j, 0));
     const std::size_t center = cloud.size() / 2;
-    const Mixture m =
-        initial_mixture(cloud, {sigma0, spacing}, {.initial = InitialCovariance::local, .neighbors = 21}, {});
+    const Mixture m = initial_mixture(cloud, Neighbors(cloud.positions), {sigma0, spacing},
+                                      {.initial = InitialCovariance::local, .neighbors = 21}, {});
     const Eigen3 e = eigen_decomposition(m.covariances[center]);
     // The 21 nearest points of the grid are those with i² + j² <= 5.
     double sum = 0;
@@ -88,8 +90,8 @@ TEST(InitialMixture, LocalCovarianceIsThatOfTheNeighbours) {
   for (int i = 0; i < 120; ++i) cloud.positions.push_back(random.in_cube(0, 1));
   const int k = 9;
   const double spacing = 0.2, sigma0 = 0.05;
-  const Mixture m =
-      initial_mixture(cloud, {sigma0, spacing}, {.initial = InitialCovariance::local, .neighbors = k}, {});
+  const Mixture m = initial_mixture(cloud, Neighbors(cloud.positions), {sigma0, spacing},
+                                    {.initial = InitialCovariance::local, .neighbors = k}, {});
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const double radius = reach(cloud.positions, i, k);
     std::vector<Vec3> near;
@@ -111,8 +113,8 @@ TEST(InitialMixture, LocalCovarianceIsThatOfTheNeighbours) {
 
 TEST(InitialMixture, NormalsFromPrincipalComponentsOfASphere) {
   const test::SampledShape sphere = test::random_sphere(2000, 34);
-  const Mixture m =
-      initial_mixture(sphere.cloud(), {.sigma0 = 0.1}, {.initial = InitialCovariance::isotropic, .normals = true}, {});
+  const Mixture m = initial_mixture(sphere.cloud(), Neighbors(sphere.cloud().positions), {.sigma0 = 0.1},
+                                    {.initial = InitialCovariance::isotropic, .normals = true}, {});
   ASSERT_NO_THROW(validate(m));
   ASSERT_EQ(m.normals.size(), 2000U);
   for (std::size_t i = 0; i < m.size(); ++i) {
@@ -127,8 +129,8 @@ TEST(InitialMixture, NormalsOfTheCloudAreNormalised) {
   for (const Vec3& p : cloud.positions) cloud.normals.push_back(3.7 * p);
   cloud.normals[4] = Vec3::Zero();  // unknown
   cloud.normals[400] = Vec3::Constant(std::nan(""));
-  const Mixture m =
-      initial_mixture(cloud, {.sigma0 = 0.1}, {.initial = InitialCovariance::isotropic, .normals = true}, {});
+  const Mixture m = initial_mixture(cloud, Neighbors(cloud.positions), {.sigma0 = 0.1},
+                                    {.initial = InitialCovariance::isotropic, .normals = true}, {});
   ASSERT_NO_THROW(validate(m));
   for (std::size_t i = 0; i < m.size(); ++i)
     if (i != 4 && i != 400) {
@@ -148,7 +150,8 @@ TEST(InitialMixture, BalancedWeightsAreEqualPerArea) {
     for (int y = 0; y < 48; ++y) cloud.positions.emplace_back(-dense * (x + 0.5), dense * y, 0);
   for (int x = 0; x < 24; ++x)
     for (int y = 0; y < 24; ++y) cloud.positions.emplace_back(sparse * (x + 0.5), sparse * y, 0);
-  const Mixture m = initial_mixture(cloud, {1, 1}, {.initial = InitialCovariance::isotropic, .balance = true}, {});
+  const Mixture m = initial_mixture(cloud, Neighbors(cloud.positions), {1, 1},
+                                    {.initial = InitialCovariance::isotropic, .balance = true}, {});
   ASSERT_NO_THROW(validate(m));
   const double total = std::accumulate(m.weights.begin(), m.weights.end(), 0.0);
   EXPECT_NEAR(total, static_cast<double>(cloud.size()), 1e-9);
@@ -173,7 +176,8 @@ TEST(InitialMixture, BalanceCountsCoincidentPoints) {
   }
   const Kernel kernel{1, 0.5};
   const HemOptions options{.initial = InitialCovariance::isotropic, .balance = true};
-  const Mixture one = initial_mixture(merged, kernel, options, {}), many = initial_mixture(apart, kernel, options, {});
+  const Mixture one = initial_mixture(merged, Neighbors(merged.positions), kernel, options, {}),
+                many = initial_mixture(apart, Neighbors(apart.positions), kernel, options, {});
   for (std::size_t i = 0, k = 0; i < one.size(); ++i) {
     double together = 0;
     for (const std::size_t end = k + static_cast<std::size_t>(merged.weights[i]); k < end; ++k)

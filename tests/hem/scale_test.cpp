@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <gpsrecon/core/error.h>
-#include <gpsrecon/hem/scale.h>
+#include <gpsrecon/core/scale.h>
 #include <support/shapes.h>
 
 namespace gpsrecon {

@@ -335,7 +335,8 @@ TEST(MeasureBoundaryLoops, LongestFirstInSceneUnits) {
   open.add(4, 5, 6);
   mesh.faces = open;
   const Frame frame{{100, 0, 0}, 1};
-  const auto loops = measure_boundary_loops(mesh.positions, mesh.faces, frame);
+  const auto loops =
+      measure_boundary_loops(mesh.positions, build_connectivity(mesh.faces, mesh.positions.size()), frame);
   ASSERT_EQ(loops.size(), 2u);
   EXPECT_EQ(loops[0].edges, 4u);
   EXPECT_DOUBLE_EQ(loops[0].length, 2 * 6);
@@ -344,12 +345,15 @@ TEST(MeasureBoundaryLoops, LongestFirstInSceneUnits) {
   EXPECT_DOUBLE_EQ(loops[1].length, 2 * (3 + std::sqrt(5.0)));
   EXPECT_EQ(loops[0].reason, "unknown");
   // The first half-edge of the list is one of the bottom.
-  const auto explained = measure_boundary_loops(mesh.positions, mesh.faces, frame, {"of the bottom", "of the lid"});
+  const auto explained = measure_boundary_loops(mesh.positions, build_connectivity(mesh.faces, mesh.positions.size()),
+                                                frame, {"of the bottom", "of the lid"});
   EXPECT_EQ(explained[0].reason, "of the bottom");
   EXPECT_EQ(explained[1].reason, "of the lid");
   EXPECT_LT(explained[0].vertex, 4u);
   EXPECT_GE(explained[1].vertex, 4u);
-  EXPECT_TRUE(measure_boundary_loops(sphere(1).positions, sphere(1).faces, {}).empty());
+  EXPECT_TRUE(
+      measure_boundary_loops(sphere(1).positions, build_connectivity(sphere(1).faces, sphere(1).positions.size()), {})
+          .empty());
 }
 
 TEST(Compression, CountsTenNumbersPerVertexAndOnePerCorner) {

@@ -74,9 +74,9 @@ TEST(Budget, IsWhatDetailAndLimitOfTheFitGive) {
   by_budget.budget = 150;
   const Reconstruction result = reconstruct(cloud, by_budget);
   const ScaleSearchReport& search = *result.report.scale->search;
-  by_hand.detail = search.tried[search.chosen].detail;
+  by_hand.hem.detail = search.tried[search.chosen].detail;
   by_hand.fit.max_vertices = 150;
-  EXPECT_LT(by_hand.detail, 1);
+  EXPECT_LT(by_hand.hem.detail, 1);
   EXPECT_EQ(bytes(reconstruct(cloud, by_hand)), bytes(result));
 }
 
@@ -173,7 +173,10 @@ TEST(ChooseScale, DoesNotDependOnThreads) {
   for (const bool by_budget : {true, false}) {
     ReconstructOptions options;
     options.check_scale = true;
-    (by_budget ? options.budget = 150 : options.max_error = Length::of_diagonal(0.01));
+    if (by_budget)
+      options.budget = 150;
+    else
+      options.max_error = Length::of_diagonal(0.01);
     RunContext one, three;
     one.threads = 1;
     three.threads = 3;
@@ -200,11 +203,11 @@ TEST(ChooseScale, RefusesContradictions) {
     EXPECT_THROW(options.check(), OptionError);
   };
   refused([](ReconstructOptions& o) { o.budget = 10, o.max_error = Length::of_diagonal(0.1); });
-  refused([](ReconstructOptions& o) { o.budget = 10, o.detail = 2; });
+  refused([](ReconstructOptions& o) { o.budget = 10, o.hem.detail = 2; });
   refused([](ReconstructOptions& o) { o.budget = 10, o.hem.sigma0 = Length::of_diagonal(0.1); });
   refused([](ReconstructOptions& o) { o.budget = 10, o.hem.target_components = 5; });
   refused([](ReconstructOptions& o) { o.budget = 10, o.fit.max_vertices = 5; });
-  refused([](ReconstructOptions& o) { o.max_error = Length::of_diagonal(0.1), o.detail = 2; });
+  refused([](ReconstructOptions& o) { o.max_error = Length::of_diagonal(0.1), o.hem.detail = 2; });
   refused([](ReconstructOptions& o) { o.max_error = Length::of_diagonal(0.1), o.fit.max_vertices = 5; });
   refused([](ReconstructOptions& o) { o.max_error = Length::of_diagonal(-1); });
   ReconstructOptions options;

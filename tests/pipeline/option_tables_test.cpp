@@ -5,6 +5,7 @@
 #include <gpsrecon/measure/align.h>
 #include <gpsrecon/measure/compare.h>
 #include <gpsrecon/pipeline/point_normals.h>
+#include <gpsrecon/pipeline/reconstruct.h>
 #include <gpsrecon/report/html_report.h>
 #include <gpsrecon/scan/virtual_scan.h>
 #include <gtest/gtest.h>

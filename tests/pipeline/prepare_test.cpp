@@ -22,21 +22,21 @@ PointCloud cloud_of(std::vector<Vec3> positions) {
 
 /// Every point is the one its source index names, in the frame of the cloud.
 void expect_sources_right(const PreparedCloud& prepared, const PointCloud& world) {
-  const PointCloud& cloud = prepared.clean.cloud;
-  ASSERT_EQ(prepared.clean.source.size(), cloud.size());
+  const PointCloud& cloud = prepared.cloud;
+  ASSERT_EQ(prepared.source.size(), cloud.size());
   for (std::size_t i = 0; i < cloud.size(); ++i)
-    EXPECT_EQ(cloud.positions[i], cloud.frame.to_local(world.positions[prepared.clean.source[i]])) << i;
+    EXPECT_EQ(cloud.positions[i], cloud.frame.to_local(world.positions[prepared.source[i]])) << i;
 }
 
 TEST(Prepare, KeepsEveryPointOfASurface) {
   const PointCloud world = noisy_sphere(2000, 0.01);
   const PreparedCloud prepared = prepare(world);
-  EXPECT_EQ(prepared.clean.cloud.size(), 2000u);
+  EXPECT_EQ(prepared.cloud.size(), 2000u);
   EXPECT_EQ(prepared.isolated, 0u);
-  EXPECT_EQ(prepared.clean.duplicates, 0u);
-  EXPECT_EQ(prepared.clean.non_finite, 0u);
-  EXPECT_EQ(std::set<Index>(prepared.clean.source.begin(), prepared.clean.source.end()).size(), 2000u);
-  EXPECT_EQ(prepared.diagonal, bounding_box_diagonal(prepared.clean.cloud.positions));
+  EXPECT_EQ(prepared.duplicates, 0u);
+  EXPECT_EQ(prepared.non_finite, 0u);
+  EXPECT_EQ(std::set<Index>(prepared.source.begin(), prepared.source.end()).size(), 2000u);
+  EXPECT_EQ(prepared.diagonal, bounding_box_diagonal(prepared.cloud.positions));
   expect_sources_right(prepared, world);
 }
 
@@ -47,13 +47,13 @@ TEST(Prepare, DropsAndCountsIsolatedPoints) {
   const PreparedCloud prepared = prepare(world);
   EXPECT_EQ(prepared.isolated, far.size());
   EXPECT_EQ(prepared.scale.isolated.size(), far.size());
-  EXPECT_EQ(prepared.clean.cloud.size(), 2000 - far.size());
-  for (const Index source : prepared.clean.source) EXPECT_FALSE(far.contains(source));
+  EXPECT_EQ(prepared.cloud.size(), 2000 - far.size());
+  for (const Index source : prepared.source) EXPECT_FALSE(far.contains(source));
   expect_sources_right(prepared, world);
   // The diagonal is that of the sphere, the far points are gone from it.
-  EXPECT_LT(prepared.diagonal * prepared.clean.cloud.frame.scale(), 2.2 * std::sqrt(3.0));
+  EXPECT_LT(prepared.diagonal * prepared.cloud.frame.scale(), 2.2 * std::sqrt(3.0));
 
-  EXPECT_EQ(prepare(world, {.isolation = 0}).clean.cloud.size(), 2000u);
+  EXPECT_EQ(prepare(world, {.isolation = 0}).cloud.size(), 2000u);
 }
 
 TEST(Prepare, CarriesAttributesWithThePointsItKeeps) {
@@ -62,9 +62,9 @@ TEST(Prepare, CarriesAttributesWithThePointsItKeeps) {
   world.scalars.push_back({"row", {}});
   for (std::size_t i = 0; i < world.size(); ++i) world.scalars[0].values.push_back(static_cast<double>(i));
   const PreparedCloud prepared = prepare(world);
-  ASSERT_EQ(prepared.clean.cloud.scalars.size(), 1u);
-  for (std::size_t i = 0; i < prepared.clean.cloud.size(); ++i)
-    EXPECT_EQ(prepared.clean.cloud.scalars[0].values[i], prepared.clean.source[i]);
+  ASSERT_EQ(prepared.cloud.scalars.size(), 1u);
+  for (std::size_t i = 0; i < prepared.cloud.size(); ++i)
+    EXPECT_EQ(prepared.cloud.scalars[0].values[i], prepared.source[i]);
 }
 
 TEST(Prepare, CountsEveryRowOnce) {
@@ -76,12 +76,12 @@ TEST(Prepare, CountsEveryRowOnce) {
     world.positions.back()[axis] = axis == 1 ? std::numeric_limits<double>::infinity() : nan;
   }
   const PreparedCloud prepared = prepare(world);
-  EXPECT_EQ(prepared.clean.duplicates, 30u);
-  EXPECT_EQ(prepared.clean.non_finite, 3u);
+  EXPECT_EQ(prepared.duplicates, 30u);
+  EXPECT_EQ(prepared.non_finite, 3u);
   EXPECT_EQ(prepared.isolated, 1u);
-  EXPECT_EQ(prepared.clean.cloud.size() + 34, world.size());
+  EXPECT_EQ(prepared.cloud.size() + 34, world.size());
   double weight = 0;
-  for (std::size_t i = 0; i < prepared.clean.cloud.size(); ++i) weight += prepared.clean.cloud.weight(i);
+  for (std::size_t i = 0; i < prepared.cloud.size(); ++i) weight += prepared.cloud.weight(i);
   EXPECT_EQ(weight, 1029);
   expect_sources_right(prepared, world);
 }
@@ -91,11 +91,11 @@ TEST(Prepare, OnlyCountsACloudGivenTwice) {
   PointCloud twice = once;
   twice.positions.insert(twice.positions.end(), once.positions.begin(), once.positions.end());
   const PreparedCloud a = prepare(once), b = prepare(twice);
-  EXPECT_EQ(a.clean.cloud.positions, b.clean.cloud.positions);
-  EXPECT_EQ(a.clean.cloud.frame, b.clean.cloud.frame);
-  EXPECT_EQ(a.clean.source, b.clean.source);
+  EXPECT_EQ(a.cloud.positions, b.cloud.positions);
+  EXPECT_EQ(a.cloud.frame, b.cloud.frame);
+  EXPECT_EQ(a.source, b.source);
   EXPECT_EQ(a.scale.sigma0_local, b.scale.sigma0_local);
-  EXPECT_EQ(b.clean.cloud.weights, std::vector<double>(1000, 2));
+  EXPECT_EQ(b.cloud.weights, std::vector<double>(1000, 2));
 }
 
 // Offset and points are multiples of the same power of two, so nothing is rounded and the local bits are the same.
@@ -103,11 +103,11 @@ TEST(Prepare, DoesNotSeeAFarOrigin) {
   const PointCloud near = test::on_grid(noisy_sphere(2000, 0.01));
   const Vec3 utm(500'000, 5'400'000, 300);
   const PreparedCloud a = prepare(near), b = prepare(test::shifted(near, utm));
-  EXPECT_EQ(a.clean.cloud.positions, b.clean.cloud.positions);
-  EXPECT_EQ(a.clean.source, b.clean.source);
+  EXPECT_EQ(a.cloud.positions, b.cloud.positions);
+  EXPECT_EQ(a.source, b.source);
   EXPECT_EQ(a.scale.spacing, b.scale.spacing);
   EXPECT_EQ(a.scale.noise, b.scale.noise);
-  EXPECT_EQ(Vec3(b.clean.cloud.frame.origin - a.clean.cloud.frame.origin), utm);
+  EXPECT_EQ(Vec3(b.cloud.frame.origin - a.cloud.frame.origin), utm);
 }
 
 TEST(Prepare, RefusesWhatHasNoSurface) {
@@ -138,7 +138,7 @@ TEST(Prepare, RefusesCloudsWithoutFinitePoint) {
 }
 
 TEST(Prepare, AcceptsThreePoints) {
-  EXPECT_EQ(prepare(cloud_of({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}})).clean.cloud.size(), 3u);
+  EXPECT_EQ(prepare(cloud_of({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}})).cloud.size(), 3u);
 }
 
 }  // namespace

@@ -34,7 +34,7 @@ double rms_offset(const PointCloud& cloud) {
 }
 
 PointCloud projected(const PreparedCloud& cloud, const ProjectionOptions& options, const RunContext& context = {}) {
-  return project_points(cloud.clean.cloud, cloud.scale, cloud.diagonal, options, context);
+  return project_points(cloud, options, context);
 }
 
 ProjectionOptions by(ProjectionMethod method) {
@@ -45,7 +45,7 @@ ProjectionOptions by(ProjectionMethod method) {
 
 TEST(Projection, EveryMethodTakesNoiseAway) {
   const PreparedCloud cloud = prepare(noisy_sphere(6000, 0.02));
-  const double before = rms_offset(cloud.clean.cloud);
+  const double before = rms_offset(cloud.cloud);
   EXPECT_NEAR(before, 0.02, 0.002);
   for (const ProjectionMethod method : {ProjectionMethod::clop, ProjectionMethod::wlop, ProjectionMethod::lop})
     EXPECT_LT(rms_offset(projected(cloud, by(method))), 0.5 * before);
@@ -55,7 +55,8 @@ TEST(Projection, EveryMethodIsItsOperator) {
   const PreparedCloud cloud = prepare(noisy_sphere(3000, 0.02));
   const ProjectionOptions defaults;
   PointCloud places;
-  places.positions = cloud.clean.cloud.positions;
+  places.positions = cloud.cloud.positions;
+  places.frame = cloud.cloud.frame;
   const PointCloud particles = choose_particles(places, defaults.particles);
   ProjectOptions options = defaults.project;
   options.support_radius = automatic_support_radius(cloud.scale.spacing, cloud.scale.noise);
@@ -64,8 +65,8 @@ TEST(Projection, EveryMethodIsItsOperator) {
     EXPECT_EQ(projected(cloud, by(method)).positions, project(particles, places, options).positions);
   }
   HemOptions hem = defaults.hem;
-  hem.sigma0 = Length::scene(cloud.clean.cloud.frame.scale() * projection_sigma0(cloud.scale, hem.initial));
-  hem.spacing = Length::scene(cloud.clean.cloud.frame.scale() * cloud.scale.spacing);
+  hem.sigma0 = Length::scene(cloud.cloud.frame.scale() * projection_sigma0(cloud.scale, hem.initial));
+  hem.spacing = Length::scene(cloud.cloud.frame.scale() * cloud.scale.spacing);
   options.balance = false;
   EXPECT_EQ(projected(cloud, by(ProjectionMethod::clop)).positions,
             project(particles, build_mixture(places, hem), options).positions);

@@ -55,7 +55,7 @@ ErrorReport full_report() {
   report.scale = ScaleReport{0.1, 0.03, 0.11, "spacing and noise", {}, {}};
   report.scale->search = ScaleSearchReport{"max_error", 0.01, {{1, 0.1, 60, 62, 0.02}, {0.5, 0.2, 30, 31, 0.04}}, 1};
   report.scale->check = ScaleCheckReport{100, {{1, 0.1, 50, -3.5}, {2, 0.2, 20, -4}}, 1};
-  report.mixture = MixtureReport{{500, 170, 60}, 60, 517};
+  report.mixture = MixtureStatistics{{500, 170, 60}, 60, 517};
   CovMeshReport covmesh;
   covmesh.vertices = 58;
   covmesh.faces = 110;
@@ -65,9 +65,9 @@ ErrorReport full_report() {
   covmesh.leftover_components = 2;
   covmesh.leftover_weight = 3.25;
   covmesh.self_intersecting_faces = 4;
-  covmesh.boundary_loops = measure_boundary_loops(square(0).positions, square(0).faces, {});
+  covmesh.boundary_loops = measure_boundary_loops(square(0).positions, build_connectivity(square(0).faces, 4), {});
   report.covmesh = covmesh;
-  report.fit = FitReport{7, 2, 31, 4, 0.01, 0.1, 120, 0.05, 0.03};
+  report.fit = FitStatistics{7, 2, 31, 4, 0.01, 0.1, 120, 0.05, 0.03};
   report.mesh->level = 2;
   report.mesh->file = FileReport{"mesh.ply", "ply", "0123456789abcdef"};
   report.compression = Compression{1560, 910, 910.0 / 1560};

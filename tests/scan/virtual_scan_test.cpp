@@ -18,6 +18,8 @@
 namespace gpsrecon {
 namespace {
 
+constexpr double degree = std::numbers::pi / 180;
+
 using ::testing::HasSubstr;
 
 /// Fails unless the samples look like a standard normal distribution: mean and variance within four standard errors,
@@ -59,7 +61,7 @@ TEST(VirtualScan, WithoutErrorsLiesOnTheVisibleSurface) {
     ASSERT_EQ(p, result.surface[i]);
     ASSERT_NEAR(solid.distance(p), 0, 1e-9 * radius);
     ASSERT_NEAR(sensor.norm(), 4 * radius, 1e-12 * radius);
-    ASSERT_GT(-ray_of(result, i).dot(result.cloud.normals[i]), std::cos(ScanOptions().max_incidence) - 1e-9);
+    ASSERT_GT(-ray_of(result, i).dot(result.cloud.normals[i]), std::cos(ScanOptions().max_incidence * degree) - 1e-9);
     ASSERT_GT(solid.distance(p + 1e-6 * radius * result.cloud.normals[i]), 0);
     // Nothing stands between sensor and point.
     for (int step = 1; step < 400; ++step)
@@ -100,7 +102,7 @@ TEST(VirtualScan, RegistrationMovesEachViewRigidly) {
   const TurnedBall solid = make_workpiece();
   ScanOptions options = options_of(3000);
   options.registration_shift = Length::of_diagonal(0.3 / solid.diagonal());
-  options.registration_angle = 0.05;
+  options.registration_angle = 0.05 / degree;
   const VirtualScan result = virtual_scan(solid, options);
   double largest = 0;
   for (std::size_t i = 1; i < result.cloud.size(); ++i) {
@@ -133,13 +135,13 @@ TEST(VirtualScan, RegistrationErrorsAreNormal) {
 
   // A point s moves by ω × s, so its component along any unit vector u across s is normal too.
   options.registration_shift = Length::of_diagonal(0);
-  options.registration_angle = 1e-5;
+  options.registration_angle = 1e-5 / degree;
   const VirtualScan result = virtual_scan(sphere, options);
   std::vector<double> turns;
   for (std::size_t i = 0; i < result.cloud.size(); ++i) {
     if (i > 0 && result.view[i] == result.view[i - 1]) continue;
     const Vec3 across = result.surface[i].unitOrthogonal();
-    turns.push_back(across.dot(result.cloud.positions[i] - result.surface[i]) / options.registration_angle);
+    turns.push_back(across.dot(result.cloud.positions[i] - result.surface[i]) / (options.registration_angle * degree));
   }
   expect_standard_normal(turns);
 }

@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-// Internal to lib/io: the rows in which files hold a mixture, in world coordinates:
+// Internal: the rows in which files hold a mixture, in world coordinates:
 // x y z covxx covxy covxz covyy covyz covzz weight [nvx nvy nvz].
 
-namespace gpsrecon::io {
+namespace gpsrecon {
 
 inline constexpr const char* mixture_columns[] = {"x",     "y",     "z",      "covxx", "covxy", "covxz", "covyy",
                                                   "covyz", "covzz", "weight", "nvx",   "nvy",   "nvz"};
@@ -21,6 +21,9 @@ struct MixtureRows {
   std::size_t size() const { return values.size() / row_size; }
 };
 
+/// A name that the header of a file can hold and that is not among `taken`.
+std::string property_name(const std::string& wanted, const std::vector<std::string>& taken);
+
 /// The names of all columns but the scalars.
 std::vector<std::string> gaussian_property_names(const Mixture& mixture);
 
@@ -29,4 +32,4 @@ MixtureRows to_rows(const Mixture& mixture);
 /// The mixture in the given frame; sigma0 and spacing in units of the world.
 Mixture from_rows(const MixtureRows& rows, const Frame& frame, double world_sigma0, double world_spacing);
 
-}  // namespace gpsrecon::io
+}  // namespace gpsrecon

@@ -1,8 +1,9 @@
+#include <gpsrecon/core/orient.h>
+
 #include <gpsrecon/core/face_geometry.h>
 #include <gpsrecon/core/mesh_topology.h>
 #include <gpsrecon/core/neighbors.h>
 #include <gpsrecon/core/parallel.h>
-#include <gpsrecon/triangulate/orient.h>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>

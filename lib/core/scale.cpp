@@ -1,9 +1,10 @@
+#include <gpsrecon/core/scale.h>
+
 #include <gpsrecon/core/neighbors.h>
 #include <gpsrecon/core/order_statistics.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/core/principal_axes.h>
 #include <gpsrecon/core/sym3.h>
-#include <gpsrecon/hem/scale.h>
 #include <algorithm>
 #include <numbers>
 #include <numeric>
@@ -123,10 +124,14 @@ void estimate_noise(const std::vector<Vec3>& points, const Neighbors& index, con
 }  // namespace
 
 Scale estimate_scale(const PointCloud& cloud, const ScaleOptions& options, const RunContext& context) {
+  return estimate_scale(cloud, Neighbors(cloud.positions), options, context);
+}
+
+Scale estimate_scale(const PointCloud& cloud, const Neighbors& index, const ScaleOptions& options,
+                     const RunContext& context) {
   options.check();
   const std::size_t n = cloud.size();
   if (n < 3) throw NoSurfaceError("no surface through " + std::to_string(n) + " distinct points");
-  const Neighbors index(cloud.positions);
   const std::size_t k = std::min(spacing_neighbors, n - 1);
   const std::vector<double> distances = neighbor_distances(cloud.positions, index, k, context);
   context.progress("scale", 0.6);

@@ -1,9 +1,9 @@
-#include "mixture_rows.h"
+#include <gpsrecon/core/mixture_rows.h>
 
 #include <algorithm>
 #include <cmath>
 
-namespace gpsrecon::io {
+namespace gpsrecon {
 namespace {
 
 // Columns of zeros stand for normals that were never computed.
@@ -72,4 +72,23 @@ Mixture from_rows(const MixtureRows& rows, const Frame& frame, double world_sigm
   return mixture;
 }
 
-}  // namespace gpsrecon::io
+std::string property_name(const std::string& wanted, const std::vector<std::string>& taken) {
+  std::string name = wanted.empty() ? "scalar" : wanted;
+  for (char& c : name)
+    if (static_cast<unsigned char>(c) <= ' ' || c == '\x7f') c = '_';
+  while (std::find(taken.begin(), taken.end(), name) != taken.end()) name += '_';
+  return name;
+}
+
+Mixture as_stored(const Mixture& mixture) {
+  const double world_sigma0 = std::ldexp(mixture.sigma0, mixture.frame.exponent);
+  const double world_spacing = std::ldexp(mixture.spacing, mixture.frame.exponent);
+  Mixture stored = from_rows(to_rows(mixture), mixture.frame, world_sigma0, world_spacing);
+  stored.colors = mixture.colors;
+  stored.scalars = mixture.scalars;
+  std::vector<std::string> taken = gaussian_property_names(mixture);
+  for (ScalarColumn& column : stored.scalars) taken.push_back(column.name = property_name(column.name, taken));
+  return stored;
+}
+
+}  // namespace gpsrecon

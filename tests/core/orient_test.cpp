@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include <gpsrecon/triangulate/orient.h>
+#include <gpsrecon/core/orient.h>
 #include <support/shapes.h>
 #include <triangulate/mesh_checks.h>
 #include <bit>

@@ -1,0 +1,75 @@
+#include <gpsrecon/core/prepared_cloud.h>
+
+#include <gpsrecon/core/clean.h>
+#include <gpsrecon/core/error.h>
+#include <gpsrecon/core/principal_axes.h>
+
+namespace gpsrecon {
+namespace {
+
+void refuse_degenerate(const PointCloud& cloud) {
+  const std::size_t n = cloud.size();
+  if (n < 3) throw NoSurfaceError("no surface through " + std::to_string(n) + " distinct point" + (n == 1 ? "" : "s"));
+  if (on_a_line(cloud.positions)) throw NoSurfaceError("all points lie on a line: no surface");
+}
+
+/// The points that are not among `dropped`, which are ascending.
+std::vector<Index> all_but(const std::vector<Index>& dropped, std::size_t count) {
+  std::vector<Index> kept;
+  kept.reserve(count - dropped.size());
+  for (Index i = 0, next = 0; i < count; ++i) {
+    if (next < dropped.size() && dropped[next] == i)
+      ++next;
+    else
+      kept.push_back(i);
+  }
+  return kept;
+}
+
+}  // namespace
+
+LengthScale PreparedCloud::lengths() const {
+  return {.diagonal = diagonal, .spacing = scale.spacing, .scene_to_local = 1 / cloud.frame.scale()};
+}
+
+PreparedCloud PreparedCloud::with_points(PointCloud points) const {
+  PreparedCloud other;
+  other.scale = scale;
+  other.diagonal = diagonal;
+  other.sensor = sensor;
+  other.neighbors = std::make_shared<const Neighbors>(points.positions);
+  other.cloud = std::move(points);
+  return other;
+}
+
+PreparedCloud prepare(const PointCloud& world, const ScaleOptions& options, const RunContext& context) {
+  CleanCloud clean = gpsrecon::clean(world, context);
+  PreparedCloud prepared;
+  prepared.rows = world.size();
+  prepared.non_finite = clean.non_finite;
+  prepared.duplicates = clean.duplicates;
+  prepared.cloud = std::move(clean.cloud);
+  prepared.source = std::move(clean.source);
+  refuse_degenerate(prepared.cloud);
+  prepared.neighbors = std::make_shared<const Neighbors>(prepared.cloud.positions);
+  prepared.scale = estimate_scale(prepared.cloud, *prepared.neighbors, options, context);
+  const std::vector<Index>& isolated = prepared.scale.isolated;
+  prepared.isolated = isolated.size();
+  if (!isolated.empty()) {
+    std::vector<Index> kept = all_but(isolated, prepared.cloud.size());
+    prepared.cloud = select(prepared.cloud, kept);
+    for (Index& k : kept) k = prepared.source[k];
+    prepared.source = std::move(kept);
+    refuse_degenerate(prepared.cloud);
+    prepared.neighbors = std::make_shared<const Neighbors>(prepared.cloud.positions);
+  }
+  prepared.diagonal = bounding_box_diagonal(prepared.cloud.positions);
+  context.log(LogLevel::info, "points: " + std::to_string(prepared.rows) + " read, " +
+                                  std::to_string(prepared.cloud.size()) + " distinct ones used; dropped " +
+                                  std::to_string(prepared.non_finite) + " not finite, " +
+                                  std::to_string(prepared.isolated) + " isolated; merged " +
+                                  std::to_string(prepared.duplicates) + " duplicates");
+  return prepared;
+}
+
+}  // namespace gpsrecon
