@@ -129,7 +129,8 @@ def measure_block(runner, count, pictures):
         share = runner.compression(points, *mixture)
         row = [f"{alpha}", f"{100 * share:.1f} %"]
         for h, (_, shares, means) in zip(KERNELS, compressions):
-            normals, _ = runner.normals(points, "--method", "csw", "--support-radius", f"{100 * h:g}%", "--orient", "none", *mixture)
+            normals, _ = runner.normals(points, "--method", "csw", "--support-radius", f"{100 * h:g}%",
+                                        "--orient", "none", *mixture)
             errors = degrees_between(normals, truth)
             shares.append(share)
             means.append(errors.mean())

@@ -1,5 +1,6 @@
 """The check of links: links_test.py PROGRAM"""
 
+import re
 import tempfile
 import unittest
 from pathlib import Path
@@ -51,6 +52,13 @@ class Links(unittest.TestCase):
     def test_those_of_the_project_lead_somewhere(self):
         self.assertGreater(len(check_links.pages()), 30)
         self.assertEqual(list(check_links.broken_links(check_links.pages(), check_links.read_markdown)), [])
+
+    def test_headers_that_pages_name_are_there(self):
+        named = {(page.name, header) for page in check_links.pages()
+                 for header in re.findall(r"`(?:lib/)?([a-z]+/[a-z_]+\.h)`", page.read_text())}
+        self.assertGreater(len(named), 20)
+        self.assertEqual([(page, header) for page, header in sorted(named)
+                          if not (check_links.ROOT / "lib" / header).exists()], [])
 
     def test_the_site_lists_every_page(self):
         site = (check_links.ROOT / "docs/mkdocs.yml").read_text()
