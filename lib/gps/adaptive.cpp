@@ -97,7 +97,7 @@ class Tessellator {
   }
 
  private:
-  using Work = PatchTable::Workspace<DualPoint>;
+  using Work = PatchRow<0>;
 
   /// Calls body(i, work) for each i, in parallel.
   template <class Body>
@@ -105,7 +105,7 @@ class Tessellator {
     parallel_blocks(
         n, context_,
         [&](std::size_t, std::size_t begin, std::size_t end) {
-          Work work(surface_.data().table);
+          Work work;
           for (std::size_t i = begin; i < end; ++i) body(i, work);
         },
         evaluation_block);

@@ -135,9 +135,15 @@ struct PlacedSamples {
     parallel_blocks(
         places.size(), context,
         [&](std::size_t, std::size_t begin, std::size_t end) {
-          PatchTable::Workspace<T> work(table);
-          for (std::size_t i = begin; i < end; ++i)
-            samples[i] = places[i].patch == no_index ? values[i] : table.value<T>(points, places[i], work);
+          PatchRow<0> row;
+          for (std::size_t i = begin; i < end; ++i) {
+            if (places[i].patch == no_index) {
+              samples[i] = values[i];
+              continue;
+            }
+            table.point_weights(table.locate(places[i]), row);
+            samples[i] = apply_row<T>(row.row(), points);
+          }
         },
         evaluation_block);
     return samples;

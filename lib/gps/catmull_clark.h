@@ -4,7 +4,7 @@
 #include <gpsrecon/gps/stencils.h>
 #include <gpsrecon/gps/subdivide.h>
 
-// Internal to lib/gps: Catmull and Clark's scheme on half-edges, the counterpart of loop and limit.
+// Internal to lib/gps: Catmull and Clark's scheme on half-edges, the counterpart of loop.
 
 namespace gpsrecon {
 

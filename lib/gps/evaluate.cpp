@@ -17,8 +17,6 @@ namespace {
 /// Below this sine of the angle between the two tangents they are taken for parallel.
 constexpr double parallel_tangents = 1e-9;
 
-using Work = PatchTable::Workspace<DualPoint>;
-
 /// Zero where the tangents do not span a plane.
 Vec3 unit_normal(const Vec3& u, const Vec3& v) {
   const Vec3 n = u.cross(v);
@@ -45,18 +43,6 @@ SurfacePoint to_space(const Jet<DualPoint>& q, const Normalization& normal_form)
   p.normal = unit_normal(p.u, p.v);
   p.covariance = normal_form.scale * map.covariance();
   return p;
-}
-
-void check_places(const PatchTable& table, std::span<const SurfaceParameter> places) {
-  // Sums of exact parameters may be one off in the last place.
-  constexpr double slack = 1e-12;
-  for (const SurfaceParameter& p : places) {
-    const double top = table.triangular() ? p.u + p.v : std::max(p.u, p.v);
-    if (p.patch >= table.patch_count() || !(p.u >= 0 && p.v >= 0 && top <= 1 + slack))
-      throw OptionError("no parameter of the surface: patch " + std::to_string(p.patch) + " of " +
-                        std::to_string(table.patch_count()) + ", u = " + std::to_string(p.u) +
-                        ", v = " + std::to_string(p.v));
-  }
 }
 
 /// The curvature tensor Σ k d dᵀ.
@@ -139,16 +125,27 @@ SurfaceEvaluator::Data::Data(const CovMesh& mesh, const RunContext& context)
   });
 }
 
-SurfacePoint SurfaceEvaluator::Data::evaluate(const SurfaceParameter& place, Work& work) const {
+Jet<DualPoint> SurfaceEvaluator::Data::jet(const PatchTable::LeafPoint& place, PatchRow<2>& work) const {
+  table.point_weights(place, work);
+  Jet<DualPoint> jet;
+  Eigen::Index k = 0;
+  for (DualPoint* part : {&jet.value, &jet.u, &jet.v, &jet.uu, &jet.uv, &jet.vv}) {
+    *part = apply_row<DualPoint>(work.row(), points, [k](const BasisWeight<2>& w) { return w[k]; });
+    ++k;
+  }
+  return jet;
+}
+
+SurfacePoint SurfaceEvaluator::Data::evaluate(const SurfaceParameter& place, PatchRow<2>& work) const {
   const PatchTable::LeafPoint leaf = table.locate(place);
-  SurfacePoint p = to_space(table.jet<DualPoint>(points, place, work), normal_form);
+  SurfacePoint p = to_space(jet(leaf, work), normal_form);
   if (!table.extraordinary(leaf)) return p;
   p.extraordinary = true;
   if (const Vec3& n = vertex_normals[table.vertex_of(leaf.leaf)]; !n.isZero(0)) p.normal = n;
   return p;
 }
 
-Curvature SurfaceEvaluator::Data::curvature_at(const SurfaceParameter& place, Work& work) const {
+Curvature SurfaceEvaluator::Data::curvature_at(const SurfaceParameter& place, PatchRow<2>& work) const {
   const PatchTable::LeafPoint leaf = table.locate(place);
   if (!table.extraordinary(leaf)) return curvature(evaluate(place, work));
   const Index vertex = table.vertex_of(leaf.leaf);
@@ -156,10 +153,8 @@ Curvature SurfaceEvaluator::Data::curvature_at(const SurfaceParameter& place, Wo
   Vec3 normal = vertex_normals[vertex], fallback = Vec3::Zero();
   double count = 0;
   for (const Index other : table.leaves_around(vertex)) {
-    Jet<DualPoint> jet;
-    table.evaluate<2, DualPoint>(points, {other, PatchTable::leaf_offset, PatchTable::leaf_offset, 1, 0, 0, 1}, work,
-                                 jet);
-    const SurfacePoint p = to_space(jet, normal_form);
+    const SurfacePoint p =
+        to_space(jet({other, PatchTable::leaf_offset, PatchTable::leaf_offset, 1, 0, 0, 1}, work), normal_form);
     const Curvature c = curvature(p);
     if (!c.exact) continue;
     sum += tensor(c);
@@ -180,12 +175,8 @@ SurfaceEvaluator::SurfaceEvaluator(const CovMesh& mesh, const RunContext& contex
   data_ = std::make_shared<const Data>(mesh, context);
 }
 
-std::size_t SurfaceEvaluator::patch_count() const {
-  return data_->table.patch_count();
-}
-
-Index SurfaceEvaluator::first_patch(std::size_t face) const {
-  return data_->table.first_patch(face);
+const PatchTable& SurfaceEvaluator::patches() const {
+  return data_->table;
 }
 
 std::size_t SurfaceEvaluator::patches_of(std::size_t face) const {
@@ -194,12 +185,12 @@ std::size_t SurfaceEvaluator::patches_of(std::size_t face) const {
 
 std::vector<SurfacePoint> SurfaceEvaluator::evaluate(std::span<const SurfaceParameter> places,
                                                      const RunContext& context) const {
-  check_places(data_->table, places);
+  patches().check(places);
   std::vector<SurfacePoint> result(places.size());
   parallel_blocks(
       places.size(), context,
       [&](std::size_t, std::size_t begin, std::size_t end) {
-        Work work(data_->table);
+        PatchRow<2> work;
         for (std::size_t i = begin; i < end; ++i) result[i] = data_->evaluate(places[i], work);
       },
       evaluation_block);
@@ -207,19 +198,19 @@ std::vector<SurfacePoint> SurfaceEvaluator::evaluate(std::span<const SurfacePara
 }
 
 SurfacePoint SurfaceEvaluator::evaluate(const SurfaceParameter& place) const {
-  check_places(data_->table, {&place, 1});
-  Work work(data_->table);
+  patches().check({&place, 1});
+  PatchRow<2> work;
   return data_->evaluate(place, work);
 }
 
 std::vector<Curvature> SurfaceEvaluator::curvatures(std::span<const SurfaceParameter> places,
                                                     const RunContext& context) const {
-  check_places(data_->table, places);
+  patches().check(places);
   std::vector<Curvature> result(places.size());
   parallel_blocks(
       places.size(), context,
       [&](std::size_t, std::size_t begin, std::size_t end) {
-        Work work(data_->table);
+        PatchRow<2> work;
         for (std::size_t i = begin; i < end; ++i) result[i] = data_->curvature_at(places[i], work);
       },
       evaluation_block);

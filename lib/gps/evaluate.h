@@ -3,22 +3,12 @@
 #include <gpsrecon/core/mesh.h>
 #include <gpsrecon/core/run_context.h>
 #include <gpsrecon/core/sym3.h>
-#include <gpsrecon/gps/subdivide.h>
+#include <gpsrecon/gps/patch_table.h>
 #include <memory>
 #include <span>
 #include <vector>
 
 namespace gpsrecon {
-
-/// A point of a limit surface. Scheme::loop: patch f is face f with corners a, b, c, and (u, v) stands for the
-/// barycentric coordinates 1 - u - v, u, v; u, v >= 0, u + v <= 1. Scheme::catmull_clark: patch first_patch(f) is face
-/// f with corners a, b, c, d at (0,0), (1,0), (1,1), (0,1), if it has four corners; a face of n != 4 corners has n
-/// patches from first_patch(f) on, one for each corner: the corner at (0,0), the middle of the edge that leaves it at
-/// (1,0), of the edge that arrives at (0,1), and the middle of the face at (1,1). 0 <= u, v <= 1.
-struct SurfaceParameter {
-  Index patch = 0;
-  double u = 0, v = 0;
-};
 
 /// The surface at a parameter, in the units of the control means.
 struct SurfacePoint {
@@ -52,19 +42,18 @@ struct Curvature {
 Curvature curvature(const SurfacePoint& point);
 
 /// Exact evaluation of the limit surface of a covariance mesh anywhere: the linear limit surface in R⁹ and its first
-/// and second derivatives, to rounding, at regular and irregular faces and at the boundary, mapped to space by appendix
-/// B of Preiner et al. 2019. What Stam (1998, 1999) does with powers of eigenvalues is done with the refinement steps
-/// themselves, on the few points around the face: as many as the parameter is close to an irregular vertex, one or two
-/// on most of the surface. That works for every valence, and on the boundary, where eigenvectors are missing.
+/// and second derivatives, by the weights of patches(), mapped to space by appendix B of Preiner et al. 2019.
 class SurfaceEvaluator {
  public:
   /// Makes a table of about 60 numbers per face. Throws InvariantError if the mesh is not a valid covariance mesh, or
   /// not triangular with Scheme::loop. O(n).
   explicit SurfaceEvaluator(const CovMesh& mesh, const RunContext& context = {});
 
-  std::size_t patch_count() const;
+  /// The basis functions of the surface.
+  const PatchTable& patches() const;
+  std::size_t patch_count() const { return patches().patch_count(); }
   /// Precondition: face is one of the mesh.
-  Index first_patch(std::size_t face) const;
+  Index first_patch(std::size_t face) const { return patches().first_patch(face); }
   std::size_t patches_of(std::size_t face) const;
 
   /// All derivatives at each parameter, in parallel. Throws OptionError for parameters outside their patches.
@@ -76,8 +65,7 @@ class SurfaceEvaluator {
   /// and the result is marked not exact.
   std::vector<Curvature> curvatures(std::span<const SurfaceParameter> places, const RunContext& context = {}) const;
 
-  /// In parameters of a quadrilateral or triangle of the control mesh; of a patch of other faces it is twice that.
-  static constexpr double extraordinary_offset = 1.0 / 16;
+  static constexpr double extraordinary_offset = PatchTable::extraordinary_offset;
 
   struct Data;
   const Data& data() const { return *data_; }

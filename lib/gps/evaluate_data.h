@@ -23,14 +23,22 @@ std::vector<DualPoint> dual_points(const Mixture& control, const Normalization& 
 /// Evaluations per block of work: each costs about a microsecond.
 inline constexpr std::size_t evaluation_block = 512;
 
+/// A value with its derivatives by the two parameters.
+template <class T>
+struct Jet {
+  T value, u, v, uu, uv, vv;
+};
+
 struct SurfaceEvaluator::Data {
   Data(const CovMesh& mesh, const RunContext& context);
 
-  Vec3 position(const SurfaceParameter& place, PatchTable::Workspace<DualPoint>& work) const {
-    return DualMap(table.value<DualPoint>(points, place, work)).mean() + normal_form.center;
+  Vec3 position(const SurfaceParameter& place, PatchRow<0>& work) const {
+    table.point_weights(table.locate(place), work);
+    return DualMap(apply_row<DualPoint>(work.row(), points)).mean() + normal_form.center;
   }
-  SurfacePoint evaluate(const SurfaceParameter& place, PatchTable::Workspace<DualPoint>& work) const;
-  Curvature curvature_at(const SurfaceParameter& place, PatchTable::Workspace<DualPoint>& work) const;
+  Jet<DualPoint> jet(const PatchTable::LeafPoint& place, PatchRow<2>& work) const;
+  SurfacePoint evaluate(const SurfaceParameter& place, PatchRow<2>& work) const;
+  Curvature curvature_at(const SurfaceParameter& place, PatchRow<2>& work) const;
 
   PatchTable table;
   FaceList face_sizes;

@@ -2,7 +2,7 @@
 
 #include <gpsrecon/core/mesh.h>
 #include <gpsrecon/gps/evaluate.h>
-#include <gpsrecon/gps/limit.h>
+#include <gpsrecon/gps/stencils.h>
 
 namespace gpsrecon {
 

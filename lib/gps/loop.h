@@ -55,6 +55,43 @@ class LoopRows {
 StencilTable loop_stencils(const Connectivity& connectivity, LoopWeights weights, CornerRule corners,
                            const RunContext& context = {});
 
+/// Limit positions and tangents of the Loop surface at the vertices of a mesh, for the rules of LoopRows.
+/// With n neighbours r_0 .. in counter-clockwise order, k faces and θ = π/k:
+///   interior   position 1 - nω and ω = 1/(n + 3/(8β)); tangents cos(2πj/n), sin(2πj/n);
+///   boundary   position 2/3, 1/6, 1/6 (cubic B-spline); tangent r_0 - r_k along the boundary, and across it the left
+///              eigenvector of the k-face fan: for k >= 2 with eigenvalue 3/8 + cos θ/4, for k = 1 with 1/4;
+///   corner     kept; tangents along its two edges.
+/// Tangents have arbitrary length. On the boundary from k = 6 on Loop's rules leave no tangent plane (a second inner
+/// mode shrinks no faster than the boundary): the two tangents given are then those of the boundary curve and of the
+/// dominant mode, which the normals of the neighbours on the boundary tend to. At an interior vertex of two faces the
+/// second one vanishes: there is no tangent plane to find from a one-ring. Vertices without faces have zero tangents.
+/// A source of rows; the connectivity must outlive it.
+class LoopLimitRows {
+ public:
+  using Weight = LimitWeight;
+  /// With `refined`, the rows are those of the vertices of refine_triangles(connectivity), which need not be made for
+  /// it.
+  LoopLimitRows(const Connectivity& connectivity, LoopWeights weights, CornerRule corners, bool refined);
+
+  std::size_t columns() const { return rows(); }
+  std::size_t rows() const { return connectivity_.vertex_count + (refined_ ? connectivity_.edge_count() : 0); }
+  const MaskStore<LimitWeight>& masks() const { return masks_; }
+  Mask mask(std::size_t r) const;
+  void fill(std::size_t r, std::span<Index> row) const;
+
+ private:
+  const Connectivity& connectivity_;
+  CornerRule corners_;
+  bool refined_;
+  MaskStore<LimitWeight> masks_;
+  Mask unused_, corner_, regular_boundary_, regular_interior_;
+  std::vector<Mask> boundary_, interior_;  ///< by number of faces
+};
+
+/// The rows of the vertices of the mesh itself, stored. O(n).
+LimitTable limit_table(const Connectivity& connectivity, LoopWeights weights, CornerRule corners,
+                       const RunContext& context = {});
+
 /// One Loop step on a face list. Throws InvariantError as triangle_connectivity. O(n); chains of steps
 /// are faster on Connectivity.
 Refinement loop_refine(const FaceList& faces, std::size_t vertex_count, LoopWeights weights = LoopWeights::loop,

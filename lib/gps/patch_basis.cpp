@@ -94,9 +94,6 @@ struct Powers {
   }
 };
 
-constexpr std::array<std::array<std::size_t, 2>, 6> derivatives{{{0, 0}, {1, 0}, {0, 1}, {2, 0}, {1, 1}, {0, 2}}};
-constexpr std::array<std::size_t, 3> rows_of_order{1, 3, 6};
-
 struct Cubic {
   std::array<std::array<double, 4>, 3> d;
   explicit Cubic(double x) {
@@ -107,32 +104,47 @@ struct Cubic {
   }
 };
 
+/// f_i(s) g_j(t) and its derivatives.
+template <int Order, class Functions>
+BasisWeight<Order> product(const Functions& f, std::size_t i, const Functions& g, std::size_t j) {
+  if constexpr (Order == 0) {
+    return f.d[0][i] * g.d[0][j];
+  } else {
+    return {f.d[0][i] * g.d[0][j], f.d[1][i] * g.d[0][j], f.d[0][i] * g.d[1][j],
+            f.d[2][i] * g.d[0][j], f.d[1][i] * g.d[1][j], f.d[0][i] * g.d[2][j]};
+  }
+}
+
 }  // namespace
 
-BasisJet<12> box_spline_basis(double s, double t, int order) {
+template <int Order>
+std::array<BasisWeight<Order>, 12> box_spline_basis(double s, double t) {
   const Powers in_s(s), in_t(t);
-  BasisJet<12> jet{};
-  for (std::size_t k = 0; k < rows_of_order[static_cast<std::size_t>(order)]; ++k) {
-    const auto& ps = in_s.d[derivatives[k][0]];
-    const auto& pt = in_t.d[derivatives[k][1]];
-    std::size_t row = 0;
-    for (std::size_t i = 0; i <= degree; ++i)
-      for (std::size_t j = 0; i + j <= degree; ++j, ++row) {
-        const double x = ps[i] * pt[j];
-        for (std::size_t f = 0; f < 12; ++f) jet[k][f] += x * box_spline[row][f];
-      }
+  std::array<BasisWeight<Order>, monomials> terms;
+  std::size_t row = 0;
+  for (std::size_t i = 0; i <= degree; ++i)
+    for (std::size_t j = 0; i + j <= degree; ++j) terms[row++] = product<Order>(in_s, i, in_t, j);
+  std::array<BasisWeight<Order>, 12> basis;
+  for (std::size_t f = 0; f < 12; ++f) {
+    BasisWeight<Order> sum = box_spline[0][f] * terms[0];
+    for (std::size_t m = 1; m < monomials; ++m) sum += box_spline[m][f] * terms[m];
+    basis[f] = sum;
   }
-  return jet;
+  return basis;
 }
 
-BasisJet<16> bicubic_basis(double s, double t, int order) {
+template <int Order>
+std::array<BasisWeight<Order>, 16> bicubic_basis(double s, double t) {
   const Cubic in_s(s), in_t(t);
-  BasisJet<16> jet{};
-  for (std::size_t k = 0; k < rows_of_order[static_cast<std::size_t>(order)]; ++k)
-    for (std::size_t y = 0; y < 4; ++y)
-      for (std::size_t x = 0; x < 4; ++x)
-        jet[k][4 * y + x] = in_s.d[derivatives[k][0]][x] * in_t.d[derivatives[k][1]][y];
-  return jet;
+  std::array<BasisWeight<Order>, 16> basis;
+  for (std::size_t y = 0; y < 4; ++y)
+    for (std::size_t x = 0; x < 4; ++x) basis[4 * y + x] = product<Order>(in_s, x, in_t, y);
+  return basis;
 }
+
+template std::array<BasisWeight<0>, 12> box_spline_basis<0>(double, double);
+template std::array<BasisWeight<2>, 12> box_spline_basis<2>(double, double);
+template std::array<BasisWeight<0>, 16> bicubic_basis<0>(double, double);
+template std::array<BasisWeight<2>, 16> bicubic_basis<2>(double, double);
 
 }  // namespace gpsrecon

@@ -1,264 +1,268 @@
 #include <gpsrecon/gps/patch_table.h>
 
 #include <gpsrecon/core/error.h>
+#include <gpsrecon/gps/leaf_points.h>
+#include <gpsrecon/gps/refinement_levels.h>
+#include <algorithm>
+#include <iterator>
 #include <map>
-#include <tuple>
+#include <string>
+
+// Stam 1998, "Exact Evaluation of Catmull-Clark Subdivision Surfaces at Arbitrary Parameter Values"; Stam 1999,
+// "Evaluation of Loop Subdivision Surfaces".
 
 namespace gpsrecon {
+namespace {
 
-/// Walks around the faces of the refined mesh and writes down the points of each leaf.
-class PatchTable::Builder {
- public:
-  /// `corners` and `opposite` per half-edge of the refined mesh, whose faces all have three or all have four.
-  Builder(PatchTable& table, const std::vector<Index>& corners, const std::vector<Index>& opposite,
-          const SurfaceRules& rules)
-      : table_(table),
-        corners_(corners),
-        opposite_(opposite),
-        rules_(rules),
-        start_(table.to_points_.new_vertices(), no_index),
-        count_(table.to_points_.new_vertices(), 0),
-        ring_(table.base_count_, no_index),
-        at_(corners.size() / size(), 0) {
-    for (Index h = 0; h < corners.size(); ++h) {
-      const Index v = corners[h];
-      if (start_[v] == no_index || opposite[h] == no_index) start_[v] = h;
-      ++count_[v];
-    }
+/// Calls visit(old vertex, weight) for what the new vertex r of a refinement step is made of. Old vertices may repeat.
+template <class FaceRows, class PointRows, class Visit>
+void for_each_source(const RefinementStep<FaceRows, PointRows>& step, std::size_t r, const Visit& visit) {
+  std::vector<Index> room(longest_row(step.points) + longest_row(step.faces));
+  const auto visit_face = [&](std::size_t f, double factor) {
+    const Row<double> row = read_row(step.faces, f, room.data() + longest_row(step.points));
+    for (std::size_t j = 0; j < row.indices.size(); ++j) visit(row.indices[j], factor * row.weights[j]);
+  };
+  if (r >= step.points.rows()) return visit_face(r - step.points.rows(), 1);
+  const std::size_t old = column_count(step.faces);
+  const Row<double> row = read_row(step.points, r, room.data());
+  for (std::size_t j = 0; j < row.indices.size(); ++j) {
+    if (row.indices[j] < old)
+      visit(row.indices[j], row.weights[j]);
+    else
+      visit_face(row.indices[j] - old, row.weights[j]);
   }
+}
 
-  void build() {
-    const std::size_t faces = corners_.size() / size();
-    table_.leaves_.reserve(faces);
-    std::vector<std::vector<Index>> around(table_.base_count_);
-    for (Index f = 0; f < faces; ++f) {
-      const Index h = size() * f, v = source(h);
-      if (regular(v)) {
-        table_.leaves_.push_back({static_cast<std::uint32_t>(table_.indices_.size()), 0});
-        loop() ? add_regular_triangle(h) : add_regular_quad(h);
-        continue;
+/// The same for a point of leaves, of which those from vertex_count on lie beyond the boundary.
+template <class Visit>
+void for_each_vertex(std::span<const PatchTable::Ghost> ghosts, std::size_t vertex_count, Index point, double factor,
+                     const Visit& visit) {
+  if (point < vertex_count) return visit(point, factor);
+  const PatchTable::Ghost& ghost = ghosts[point - vertex_count];
+  for_each_vertex(ghosts, vertex_count, ghost.plus[0], factor, visit);
+  for_each_vertex(ghosts, vertex_count, ghost.plus[1], factor, visit);
+  for_each_vertex(ghosts, vertex_count, ghost.minus, -factor, visit);
+}
+
+// The refinement of a leaf --------------------------------------------------------------------------------------------
+
+/// An entry of a transposed map.
+struct Entry {
+  Index from, to;
+  double weight;
+};
+
+/// Entries of the same row and column are added. Row 0 stays empty.
+StencilTable table_of(std::vector<Entry> entries, Index rows, std::size_t columns) {
+  std::stable_sort(entries.begin(), entries.end(),
+                   [](const Entry& a, const Entry& b) { return a.from != b.from ? a.from < b.from : a.to < b.to; });
+  StencilTable table;
+  table.columns = columns;
+  std::size_t e = 0;
+  while (e < entries.size() && entries[e].from == 0) ++e;
+  for (Index row = 0; row < rows; ++row) {
+    const std::size_t begin = table.indices.size();
+    table.masks.push_back(static_cast<std::uint32_t>(begin));
+    for (; e < entries.size() && entries[e].from == row; ++e) {
+      if (table.indices.size() > begin && table.indices.back() == entries[e].to) {
+        table.weights.back() += entries[e].weight;
+      } else {
+        table.indices.push_back(entries[e].to);
+        table.weights.push_back(entries[e].weight);
       }
-      if (v >= table_.base_count_) throw InvariantError("evaluation: an inner vertex of a face is not regular");
-      if (around[v].empty()) add_ring(v);
-      around[v].push_back(f);
-      const Fan fan = fan_at(h);
-      table_.leaves_.push_back({static_cast<std::uint32_t>(table_.indices_.size()), kind_of(fan)});
-      table_.largest_ring_ = std::max(table_.largest_ring_, detail::ring_size(rules_.scheme, fan));
-      add(ring_[v]);
-      loop() ? add_outer_triangle(fan, h) : add_outer_quad(fan, h);
     }
-    table_.fan_offsets_.assign(1, 0);
-    for (const std::vector<Index>& leaves : around) {
-      table_.fan_leaves_.insert(table_.fan_leaves_.end(), leaves.begin(), leaves.end());
-      table_.fan_offsets_.push_back(static_cast<Index>(table_.fan_leaves_.size()));
-    }
+    table.offsets.push_back(static_cast<std::uint32_t>(table.indices.size()));
+  }
+  return table;
+}
+
+/// n faces around vertex 0, with triangles and with quadrilaterals.
+FaceList fan_of(Index n, bool boundary, bool triangles) {
+  FaceList faces;
+  const Index step = triangles ? 1 : 2, around = step * n;
+  for (Index i = 0; i < n; ++i) {
+    const Index first = 1 + step * i, last = boundary || i + 1 < n ? first + step : first + step - around;
+    if (triangles)
+      faces.add(0, first, last);
+    else
+      faces.add(std::array{Index{0}, first, first + 1, last});
+  }
+  return faces;
+}
+
+/// The masks of a leaf are found where those of all refinement are: in the rows of the scheme. In the refinement of a
+/// fan its face `at` has all points of such a leaf, and the refinement of that has those of the leaf half the size and
+/// of the three regular faces beside it.
+template <class Scheme>
+class Fan {
+ public:
+  /// n faces around vertex 0.
+  Fan(Index n, bool boundary, const SurfaceRules& rules) : n_(n), boundary_(boundary), rules_(rules) {}
+
+  /// One in the interior, where the faces differ by a turn, otherwise one for each face.
+  std::vector<PatchTable::Kind> kinds() {
+    std::vector<PatchTable::Kind> kinds;
+    for (Index at = 0; at < (boundary_ ? n_ : 1); ++at) kinds.push_back(kind(at));
+    return kinds;
   }
 
  private:
-  bool loop() const { return rules_.scheme == Scheme::loop; }
-  Index size() const { return loop() ? 3 : 4; }
-  Index next(Index h) const { return h % size() + 1 == size() ? h + 1 - size() : h + 1; }
-  Index previous(Index h) const { return h % size() == 0 ? h + size() - 1 : h - 1; }
-  Index opposite(Index h) const { return opposite_[h]; }
-  Index source(Index h) const { return corners_[h]; }
-  Index target(Index h) const { return corners_[next(h)]; }
-  bool on_boundary(Index v) const { return opposite(start_[v]) == no_index; }
-
-  bool regular(Index v) const {
-    const Index n = count_[v];
-    if (!on_boundary(v)) return n == (loop() ? 6 : 4);
-    return n == (loop() ? 3 : 2) || (!loop() && n == 1 && rules_.corners == CornerRule::sharp);
-  }
-
-  Fan fan_at(Index h) const {
-    const Index v = source(h);
-    Fan fan{.faces = count_[v], .boundary = on_boundary(v), .at = at_[h / size()]};
-    fan.sharp = fan.boundary && fan.faces == 1 && rules_.corners == CornerRule::sharp;
-    if (!fan.boundary && loop()) fan.beta = loop_beta(rules_.weights, fan.faces);
-    return fan;
-  }
-
-  std::uint32_t kind_of(const Fan& fan) {
-    const auto [at, added] = kinds_.try_emplace({fan.faces, fan.boundary, fan.at}, table_.kinds_.size());
-    if (added) table_.kinds_.push_back(fan);
-    return static_cast<std::uint32_t>(at->second);
-  }
-
-  void add(Index point) { table_.indices_.push_back(point); }
-
-  Index reflected(Index a, Index b, Index inner) {
-    table_.ghosts_.push_back({{a, b}, inner});
-    return static_cast<Index>(table_.to_points_.new_vertices() + table_.ghosts_.size() - 1);
-  }
-
-  /// The vertex and its neighbours, counter-clockwise, once for all leaves around it; and their numbers.
-  void add_ring(Index v) {
-    ring_[v] = static_cast<Index>(table_.indices_.size());
-    add(v);
-    Index g = start_[v], number = 0;
-    do {
-      at_[g / size()] = number++;
-      add(target(g));
-      if (!loop()) add(target(next(g)));
-      const Index arriving = previous(g);
-      g = opposite(arriving);
-      if (g == no_index) add(source(arriving));
-    } while (g != no_index && g != start_[v]);
-  }
-
-  // Triangles -------------------------------------------------------------------------------------------------------
-
-  static constexpr std::array<LatticePoint, 6> directions{{{1, 0}, {0, 1}, {-1, 1}, {-1, 0}, {0, -1}, {1, -1}}};
-
-  /// The six neighbours of the regular vertex that h leaves, by direction, if h has direction `first`.
-  std::array<Index, 6> neighbors(Index h, int first) {
-    std::array<Index, 6> around;
-    around.fill(no_index);
-    const auto slot = [](int d) { return static_cast<std::size_t>((d % 6 + 6) % 6); };
-    int low = first, high = first;
-    around[slot(first)] = target(h);
-    for (Index g = h; high < first + 5;) {
-      const Index arriving = previous(g);
-      around[slot(++high)] = source(arriving);
-      g = opposite(arriving);
-      if (g == no_index) break;
+  PatchTable::Kind kind(Index at) {
+    // The first children of a face and of its half-edge.
+    const Index size = coarse_.corners_per_face, h = 4 * size * at, half = 4 * h;
+    PatchTable::Kind kind;
+    kind.faces = n_;
+    kind.boundary = boundary_;
+    std::vector<Index> points;
+    kind.own_count = add_points(before_, coarse_, h, points);
+    const auto count = static_cast<Index>(points.size());
+    kind.ring_count = count - kind.own_count;
+    // Where points of the leaf are the same, as around two triangles back to back, either may stand for them.
+    std::vector<Index> place(coarse_.vertex_count, no_index);
+    for (Index i = count; i-- > 0;) place[points[i]] = i;
+    std::vector<Index> refined;
+    add_points(after_, fine_, half, refined);
+    kind.step = transposed(refined, place, count);
+    for (Index child = 1; child < 4; ++child) {
+      // The half-edge along the first axis of the leaf, in the child between triangles against it.
+      const Index first = child == 3 && size == 3 ? 1 : size - child;
+      std::vector<Index> patch;
+      after_.add_patch(half + size * child + first, patch);
+      kind.patches[child - 1] = transposed(patch, place, count);
     }
-    for (Index g = opposite(h); high - low < 5 && g != no_index; g = opposite(next(g)))
-      around[slot(--low)] = target(next(g));
-    if (high - low < 5) {
-      // The boundary passes along `low` and `high`; the two neighbours between are reflected.
-      const Index v = source(h);
-      around[slot(low - 1)] = reflected(v, around[slot(low)], around[slot(low + 1)]);
-      around[slot(high + 1)] = reflected(v, around[slot(high)], around[slot(high - 1)]);
-    }
-    return around;
+    const auto limits = Scheme::limit(coarse_, rules_, false);
+    std::vector<Index> room(longest_row(limits));
+    const Row<LimitWeight> limit = read_row(limits, 0, room.data());
+    kind.limit.assign(count, 0);
+    for (std::size_t j = 0; j < limit.indices.size(); ++j)
+      kind.limit[place[limit.indices[j]]] += limit.weights[j].position;
+    return kind;
   }
 
-  void add_regular_triangle(Index h) {
-    std::array<Index, 25> window;
-    window.fill(no_index);
-    const std::array<LatticePoint, 3> corners{{{0, 0}, {1, 0}, {0, 1}}};
-    for (int i = 0; i < 3; ++i, h = next(h)) {
-      const auto [x, y] = corners[static_cast<std::size_t>(i)];
-      window[detail::at(x, y)] = source(h);
-      const std::array<Index, 6> around = neighbors(h, 2 * i);
-      for (std::size_t d = 0; d < 6; ++d) {
-        Index& point = window[detail::at(x + directions[d].x, y + directions[d].y)];
-        if (point == no_index) point = around[d];
-      }
-    }
-    for (const auto [x, y] : triangle_patch) add(window[detail::at(x, y)]);
+  Index add_points(const LeafPoints& leaf, const Connectivity& mesh, Index h, std::vector<Index>& points) const {
+    leaf.add_own(h, points);
+    const auto own = static_cast<Index>(points.size());
+    leaf.add_ring(boundary_ ? mesh.vertex_start[0] : h, points, [](Index) {});
+    return own;
   }
 
-  void add_outer_triangle(const Fan& fan, Index h) {
-    const std::array<Index, 6> first = neighbors(next(h), 2), second = neighbors(next(next(h)), 4);
-    add(detail::at_bottom(fan) ? no_index : first[5]);
-    add(first[0]);
-    add(first[1]);
-    add(second[1]);
-    add(detail::at_left(fan) ? no_index : second[2]);
+  /// What the points of the leaf give to refined ones.
+  StencilTable transposed(const std::vector<Index>& refined, const std::vector<Index>& place, Index count) const {
+    std::vector<Entry> entries;
+    for (Index to = 0; to < refined.size(); ++to)
+      for_each_vertex(after_.ghosts(), fine_.vertex_count, refined[to], 1, [&](Index r, double factor) {
+        for_each_source(step_, r, [&](Index old, double weight) {
+          if (place[old] == no_index) throw InvariantError("evaluation: a leaf does not refine itself");
+          entries.push_back({place[old], to, factor * weight});
+        });
+      });
+    return table_of(std::move(entries), count, refined.size());
   }
 
-  // Quadrilaterals --------------------------------------------------------------------------------------------------
-
-  /// What lies beyond the two edges away from the first vertex, which are interior, and where there is something,
-  /// beyond the two at it.
-  void outer_quads(Index h, std::array<Index, 25>& w) const {
-    using detail::at;
-    const Index below = opposite(h), right = opposite(next(h)), above = opposite(next(next(h))),
-                left = opposite(previous(h));
-    w[at(2, 0)] = target(next(right));
-    w[at(2, 1)] = source(previous(right));
-    const Index diagonal = opposite(previous(right));
-    w[at(2, 2)] = target(next(diagonal));
-    w[at(1, 2)] = target(next(above));
-    w[at(0, 2)] = source(previous(above));
-    if (below != no_index) w[at(2, -1)] = target(next(opposite(previous(below))));
-    if (left != no_index) w[at(-1, 2)] = source(previous(opposite(next(left))));
+  Connectivity connect() const {
+    const FaceList faces = fan_of(n_, boundary_, rules_.scheme == gpsrecon::Scheme::loop);
+    return Scheme::connect(faces, 1 + *std::max_element(faces.corners.begin(), faces.corners.end()));
   }
 
-  void add_regular_quad(Index h) {
-    using detail::at;
-    std::array<Index, 25> w;
-    w.fill(no_index);
-    w[at(0, 0)] = source(h);
-    w[at(1, 0)] = target(h);
-    w[at(1, 1)] = target(next(h));
-    w[at(0, 1)] = source(previous(h));
-    outer_quads(h, w);
-    const Index below = opposite(h), left = opposite(previous(h));
-    if (below != no_index) {
-      w[at(0, -1)] = target(next(below));
-      w[at(1, -1)] = source(previous(below));
-    }
-    if (left != no_index) {
-      w[at(-1, 1)] = target(next(left));
-      w[at(-1, 0)] = source(previous(left));
-    }
-    if (below != no_index && left != no_index) w[at(-1, -1)] = source(previous(opposite(next(below))));
-    const auto reflect = [&](int x, int y, int dx, int dy) {
-      const Index mirror = w[at(x + dx, y + dy)];
-      w[at(x, y)] = reflected(mirror, mirror, w[at(x + 2 * dx, y + 2 * dy)]);
-    };
-    if (below == no_index)
-      for (int x = left == no_index ? 0 : -1; x <= 2; ++x) reflect(x, -1, 0, 1);
-    if (left == no_index)
-      for (int y = -1; y <= 2; ++y) reflect(-1, y, 1, 0);
-    for (int y = -1; y <= 2; ++y)
-      for (int x = -1; x <= 2; ++x) add(w[at(x, y)]);
-  }
-
-  void add_outer_quad(const Fan& fan, Index h) {
-    std::array<Index, 25> w;
-    w.fill(no_index);
-    outer_quads(h, w);
-    if (detail::at_bottom(fan)) w[detail::at(2, -1)] = no_index;
-    if (detail::at_left(fan)) w[detail::at(-1, 2)] = no_index;
-    for (const auto [x, y] : detail::quad_outer) add(w[detail::at(x, y)]);
-  }
-
-  PatchTable& table_;
-  const std::vector<Index>&corners_, &opposite_;
-  const SurfaceRules& rules_;
-  std::vector<Index> start_, count_;
-  std::vector<Index> ring_;  ///< per vertex of the base mesh: where its ring begins
-  std::vector<Index> at_;    ///< per leaf: its number around its vertex
-  std::map<std::tuple<Index, bool, Index>, std::size_t> kinds_;
+  Index n_;
+  bool boundary_;
+  SurfaceRules rules_;
+  Connectivity coarse_ = Scheme::refine(connect(), {}), fine_ = Scheme::refine(coarse_, {});
+  LeafPoints before_{coarse_, rules_}, after_{fine_, rules_};
+  decltype(Scheme::step(coarse_, rules_)) step_ = Scheme::step(coarse_, rules_);
 };
 
-PatchTable::PatchTable(const FaceList& faces, std::size_t vertex_count, const SurfaceRules& rules,
-                       const RunContext& context)
-    : scheme_(rules.scheme), control_count_(vertex_count), base_count_(vertex_count) {
-  if (scheme_ == Scheme::loop) {
-    const Connectivity topology = triangle_connectivity(faces, vertex_count);
-    base_limit_ = limit_table(topology, rules.weights, rules.corners, context);
-    to_points_ = tabulate(LoopScheme::step(topology, rules), context);
-    const Connectivity fine = refine_triangles(topology, context);
-    patch_count_ = faces.size();
-    Builder(*this, fine.corners, fine.opposite, rules).build();
-  } else {
-    Connectivity base = manifold_connectivity(faces, vertex_count, "subdivision");
-    if (faces.all_of_size(4)) {
-      patch_count_ = faces.size();
-    } else {
-      // One patch per corner, or the four around the middle of a quadrilateral in one.
-      for (std::size_t f = 0; f < faces.size(); ++f) {
-        const Index first = faces.offsets[f], n = faces.offsets[f + 1] - first;
-        first_patch_.push_back(static_cast<Index>(base_of_patch_.size()));
-        for (Index i = 0; i < (n == 4 ? 1 : n); ++i) {
-          base_of_patch_.push_back(first + i);
-          split_patch_.push_back(n == 4);
-        }
-      }
-      patch_count_ = base_of_patch_.size();
-      to_base_ = tabulate(CatmullClarkScheme::step(base, rules), context);
-      base = refine_to_quads(base, context);
-      base_count_ = base.vertex_count;
+}  // namespace
+
+// The leaves of a mesh ------------------------------------------------------------------------------------------------
+
+template <class Scheme>
+void PatchTable::build(const Connectivity& base, const SurfaceRules& rules, const RunContext& context) {
+  base_limit_ = tabulate(Scheme::limit(base, rules, false), context);
+  to_points_ = tabulate(Scheme::step(base, rules), context);
+  const Connectivity mesh = Scheme::refine(base, context);
+  LeafPoints points(mesh, rules);
+  const Index size = mesh.corners_per_face, per_spoke = size - 2;
+  const auto faces = static_cast<Index>(mesh.face_total());
+  leaves_.reserve(faces);
+  std::vector<Index> ring(base.vertex_count, no_index), number(faces, 0);
+  std::vector<std::vector<Index>> around(base.vertex_count);
+  std::map<std::pair<Index, bool>, std::size_t> first_kind;
+  for (Index f = 0; f < faces; ++f) {
+    const Index h = size * f, v = mesh.corners[h];
+    const auto begin = [&] { return static_cast<std::uint32_t>(indices_.size()); };
+    if (points.regular(v)) {
+      leaves_.push_back({0, begin(), 0});
+      points.add_patch(h, indices_);
+      continue;
     }
-    base_limit_ = tabulate(CatmullClarkScheme::limit(base, rules, false), context);
-    to_points_ = tabulate(CatmullClarkScheme::step(base, rules), context);
-    const Connectivity fine = refine_to_quads(base, context);
-    Builder(*this, fine.corners, fine.opposite, rules).build();
+    if (v >= base.vertex_count) throw InvariantError("evaluation: an inner vertex of a face is not regular");
+    const Index count = mesh.face_count[v];
+    const bool boundary = mesh.on_boundary(v);
+    if (ring[v] == no_index) {
+      // In the interior twice, so that it is one piece from each leaf on.
+      ring[v] = begin();
+      Index n = 0;
+      points.add_ring(mesh.vertex_start[v], indices_, [&](Index g) { number[mesh.face(g)] = n++; });
+      if (!boundary)
+        for (Index i = 0; i < per_spoke * (count - 1); ++i) indices_.push_back(indices_[ring[v] + i]);
+    }
+    around[v].push_back(f);
+    const auto [first, added] = first_kind.try_emplace({count, boundary}, kinds_.size());
+    if (added) {
+      std::vector<Kind> kinds = Fan<Scheme>(count, boundary, rules).kinds();
+      std::move(kinds.begin(), kinds.end(), std::back_inserter(kinds_));
+    }
+    const auto kind = static_cast<std::uint32_t>(first->second);
+    leaves_.push_back(boundary ? Leaf{kind + number[f], begin(), ring[v]}
+                               : Leaf{kind, begin(), ring[v] + per_spoke * number[f]});
+    points.add_own(h, indices_);
+  }
+  ghosts_ = points.ghosts();
+  fan_offsets_.assign(1, 0);
+  for (const std::vector<Index>& leaves : around) {
+    fan_leaves_.insert(fan_leaves_.end(), leaves.begin(), leaves.end());
+    fan_offsets_.push_back(static_cast<Index>(fan_leaves_.size()));
+  }
+}
+
+PatchTable::PatchTable(const FaceList& faces, std::size_t control_count, const SurfaceRules& rules,
+                       const RunContext& context)
+    : scheme_(rules.scheme), control_count_(control_count), patch_count_(faces.size()) {
+  if (scheme_ == Scheme::loop) {
+    build<LoopScheme>(LoopScheme::connect(faces, control_count), rules, context);
+    return;
+  }
+  Connectivity base = CatmullClarkScheme::connect(faces, control_count);
+  if (!faces.all_of_size(4)) {
+    // One patch per corner, or the four around the middle of a quadrilateral in one.
+    for (std::size_t f = 0; f < faces.size(); ++f) {
+      const Index first = faces.offsets[f], n = faces.offsets[f + 1] - first;
+      first_patch_.push_back(static_cast<Index>(base_of_patch_.size()));
+      for (Index i = 0; i < (n == 4 ? 1 : n); ++i) {
+        base_of_patch_.push_back(first + i);
+        split_patch_.push_back(n == 4);
+      }
+    }
+    patch_count_ = base_of_patch_.size();
+    to_base_ = tabulate(CatmullClarkScheme::step(base, rules), context);
+    base = CatmullClarkScheme::refine(base, context);
+  }
+  build<CatmullClarkScheme>(base, rules, context);
+}
+
+// Parameters
+// --------------------------------------------------------------------------------------------------------------
+
+void PatchTable::check(std::span<const SurfaceParameter> places) const {
+  // Sums of exact parameters may be one off in the last place.
+  constexpr double slack = 1e-12;
+  for (const SurfaceParameter& p : places) {
+    const double top = triangular() ? p.u + p.v : std::max(p.u, p.v);
+    if (p.patch >= patch_count() || !(p.u >= 0 && p.v >= 0 && top <= 1 + slack))
+      throw OptionError("no parameter of the surface: patch " + std::to_string(p.patch) + " of " +
+                        std::to_string(patch_count()) + ", u = " + std::to_string(p.u) +
+                        ", v = " + std::to_string(p.v));
   }
 }
 
@@ -297,6 +301,190 @@ PatchTable::LeafPoint PatchTable::locate(const SurfaceParameter& place) const {
   inner.t_u = by_quarter.t_u * outer.s_u + by_quarter.t_v * outer.t_u;
   inner.t_v = by_quarter.t_u * outer.s_v + by_quarter.t_v * outer.t_v;
   return inner;
+}
+
+// Weights -------------------------------------------------------------------------------------------------------------
+
+namespace {
+
+/// By (u, v) instead of (s, t), which themselves are seen `scale` times as large.
+void change_parameters(const PatchTable::LeafPoint& place, double scale, BasisWeight<2>& w) {
+  const double su = scale * place.s_u, sv = scale * place.s_v, tu = scale * place.t_u, tv = scale * place.t_v;
+  const double s = w[1], t = w[2], ss = w[3], st = w[4], tt = w[5];
+  w[1] = su * s + tu * t;
+  w[2] = sv * s + tv * t;
+  w[3] = su * su * ss + 2 * su * tu * st + tu * tu * tt;
+  w[4] = su * sv * ss + (su * tv + sv * tu) * st + tu * tv * tt;
+  w[5] = sv * sv * ss + 2 * sv * tv * st + tv * tv * tt;
+}
+void change_parameters(const PatchTable::LeafPoint&, double, double&) {}
+
+template <int Order>
+BasisWeight<Order> sum_of_weights() {
+  if constexpr (Order == 0)
+    return 1;
+  else
+    return BasisWeight<2>::Unit(0);
+}
+
+/// weights = table refined, for a transposed map, and the weight of point 0 from the sum.
+template <int Order>
+void pull_back(const StencilTable& table, const std::vector<BasisWeight<Order>>& refined,
+               std::vector<BasisWeight<Order>>& weights) {
+  weights.resize(table.rows());
+  BasisWeight<Order> rest = sum_of_weights<Order>();
+  for (std::size_t i = 1; i < weights.size(); ++i) {
+    weights[i] = apply_row<BasisWeight<Order>>(table.row(i), refined);
+    rest -= weights[i];
+  }
+  weights[0] = rest;
+}
+
+}  // namespace
+
+template <int Order>
+void PatchTable::irregular_weights(const LeafPoint& place, PatchRow<Order>& row) const {
+  const Leaf& leaf = leaves_[place.leaf];
+  const Kind& kind = kinds_[leaf.kind];
+  if (extraordinary(place)) {
+    if constexpr (Order == 0) {
+      row.weights = kind.limit;
+    } else {
+      LeafPoint off = place;
+      off.s = off.t = leaf_offset;
+      irregular_weights(off, row);
+      for (std::size_t i = 0; i < row.weights.size(); ++i) row.weights[i][0] = kind.limit[i];
+    }
+    return;
+  }
+  double s = 2 * place.s, t = 2 * place.t, scale = 2;
+  int steps = 0;
+  for (; triangular() ? s + t < 1 : s < 1 && t < 1; ++steps) s *= 2, t *= 2, scale *= 2;
+  const auto begin = [&](const auto& basis, std::size_t patch, double factor) {
+    row.refined.assign(basis.begin(), basis.end());
+    for (BasisWeight<Order>& w : row.refined) change_parameters(place, factor, w);
+    pull_back<Order>(kind.patches[patch], row.refined, row.weights);
+  };
+  if (triangular()) {
+    // The face that continues the edge to (1, 0), that to (0, 1), or the one between, which is upside down.
+    if (s >= 1)
+      begin(box_spline_basis<Order>(s - 1, t), 0, scale);
+    else if (t >= 1)
+      begin(box_spline_basis<Order>(s, t - 1), 1, scale);
+    else
+      begin(box_spline_basis<Order>(1 - s, 1 - t), 2, -scale);
+  } else {
+    const int i = s >= 1 ? 1 : 0, j = t >= 1 ? 1 : 0;
+    begin(bicubic_basis<Order>(s - i, t - j), i == 0 ? 2 : j == 0 ? 0 : 1, scale);
+  }
+  for (; steps > 0; --steps) {
+    row.refined.swap(row.weights);
+    pull_back<Order>(kind.step, row.refined, row.weights);
+  }
+}
+
+template <int Order>
+void PatchTable::point_weights(const LeafPoint& place, PatchRow<Order>& row) const {
+  const Leaf& leaf = leaves_[place.leaf];
+  const std::span<const Index> points = points_of(leaf);
+  row.indices.assign(points.begin(), points.end());
+  if (leaf.kind != 0) {
+    const std::span<const Index> ring = ring_of(leaf);
+    row.indices.insert(row.indices.end(), ring.begin(), ring.end());
+    return irregular_weights(place, row);
+  }
+  const auto begin = [&](const auto& basis) {
+    row.weights.assign(basis.begin(), basis.end());
+    for (BasisWeight<Order>& w : row.weights) change_parameters(place, 1, w);
+  };
+  if (triangular())
+    begin(box_spline_basis<Order>(place.s, place.t));
+  else
+    begin(bicubic_basis<Order>(place.s, place.t));
+}
+
+template void PatchTable::point_weights<0>(const LeafPoint&, PatchRow<0>&) const;
+template void PatchTable::point_weights<2>(const LeafPoint&, PatchRow<2>&) const;
+
+namespace {
+
+/// The weights of vertices, once each, ascending.
+class VertexWeights {
+ public:
+  struct Item {
+    Index vertex;
+    BasisWeight<2> weight;
+  };
+  const std::vector<Item>& items() const { return items_; }
+
+  /// Those of old vertices, `sources(item, add)` telling of what a vertex is made.
+  template <class Sources>
+  void replace(const Sources& sources) {
+    from_.swap(items_);
+    items_.clear();
+    for (const Item& item : from_)
+      sources(item.vertex, [&](Index old, double weight) { items_.push_back({old, weight * item.weight}); });
+    merge();
+  }
+  void assign(const PatchRow<2>& row) {
+    items_.clear();
+    for (std::size_t i = 0; i < row.indices.size(); ++i) items_.push_back({row.indices[i], row.weights[i]});
+    merge();
+  }
+
+ private:
+  void merge() {
+    std::stable_sort(items_.begin(), items_.end(), [](const Item& a, const Item& b) { return a.vertex < b.vertex; });
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < items_.size(); ++i) {
+      if (kept > 0 && items_[kept - 1].vertex == items_[i].vertex)
+        items_[kept - 1].weight += items_[i].weight;
+      else
+        items_[kept++] = items_[i];
+    }
+    items_.resize(kept);
+  }
+
+  std::vector<Item> items_, from_;
+};
+
+}  // namespace
+
+JetTable PatchTable::weights(std::span<const SurfaceParameter> places, const RunContext& context) const {
+  check(places);
+  constexpr std::size_t block_size = 512;
+  std::vector<JetTable> blocks((places.size() + block_size - 1) / block_size);
+  const auto compute = [&](std::size_t block, std::size_t begin, std::size_t end) {
+    JetTable& table = blocks[block];
+    PatchRow<2> row;
+    VertexWeights weights;
+    for (std::size_t i = begin; i < end; ++i) {
+      point_weights(locate(places[i]), row);
+      weights.assign(row);
+      weights.replace(
+          [&](Index point, const auto& add) { for_each_vertex(ghosts_, to_points_.new_vertices(), point, 1, add); });
+      weights.replace([&](Index vertex, const auto& add) { for_each_source(to_points_, vertex, add); });
+      if (to_base_) weights.replace([&](Index vertex, const auto& add) { for_each_source(*to_base_, vertex, add); });
+      for (const auto& [vertex, w] : weights.items()) {
+        table.indices.push_back(vertex);
+        table.weights.push_back({w[0], w[1], w[2], w[3], w[4], w[5]});
+      }
+      table.offsets.push_back(static_cast<std::uint32_t>(table.indices.size()));
+    }
+  };
+  parallel_blocks(places.size(), context, compute, block_size);
+  JetTable table;
+  table.columns = control_count_;
+  for (const JetTable& block : blocks) {
+    const auto first = static_cast<std::uint32_t>(table.indices.size());
+    for (std::size_t i = 0; i + 1 < block.offsets.size(); ++i) {
+      table.masks.push_back(first + block.offsets[i]);
+      table.offsets.push_back(first + block.offsets[i + 1]);
+    }
+    table.indices.insert(table.indices.end(), block.indices.begin(), block.indices.end());
+    table.weights.insert(table.weights.end(), block.weights.begin(), block.weights.end());
+  }
+  return table;
 }
 
 }  // namespace gpsrecon

@@ -3,7 +3,7 @@
 #include <gpsrecon/core/mesh.h>
 #include <gpsrecon/gps/catmull_clark.h>
 #include <gpsrecon/gps/evaluate.h>
-#include <gpsrecon/gps/limit.h>
+#include <gpsrecon/gps/loop.h>
 #include <gpsrecon/gps/refined_connectivity.h>
 #include <vector>
 

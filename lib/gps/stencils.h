@@ -99,6 +99,14 @@ Row<typename Rows::Weight> read_row(const Rows& source, std::size_t r, Index* ro
   return {indices, source.masks().weights(mask)};
 }
 template <class Weight>
+std::size_t column_count(const Stencils<Weight>& table) {
+  return table.columns;
+}
+template <RowSource Rows>
+std::size_t column_count(const Rows& source) {
+  return source.columns();
+}
+template <class Weight>
 std::size_t longest_row(const Stencils<Weight>&) {
   return 0;
 }

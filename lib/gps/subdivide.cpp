@@ -85,7 +85,7 @@ Mesh subdivide_to_tolerance(const CovMesh& mesh, const SubdivideOptions& options
   parallel_blocks(
       refined.positions.size(), context,
       [&](std::size_t, std::size_t begin, std::size_t end) {
-        PatchTable::Workspace<DualPoint> work(surface.data().table);
+        PatchRow<2> work;
         for (std::size_t v = begin; v < end; ++v) {
           if (result.places[v].patch == no_index) {
             covariances[v] = mesh.vertices.covariances[v];

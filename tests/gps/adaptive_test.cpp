@@ -4,6 +4,7 @@
 #include <gpsrecon/core/mesh_topology.h>
 #include <gpsrecon/gps/adaptive.h>
 #include <gpsrecon/gps/infer.h>
+#include <gpsrecon/gps/subdivide.h>
 #include <gpsrecon/io/io.h>
 #include <gpsrecon/measure/distance.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 #include <gpsrecon/gps/limit_surface.h>
+#include <gpsrecon/gps/loop.h>
 #include <gpsrecon/gps/refined_connectivity.h>
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // Limit masks against brute-force refinement, eigenvectors of the subdivision matrix, and finite differences.
 
 #include <gpsrecon/gps/dual.h>
-#include <gpsrecon/gps/limit.h>
+#include <gpsrecon/gps/loop.h>
 #include <gpsrecon/gps/refined_connectivity.h>
 #include <gtest/gtest.h>
 
@@ -80,7 +80,7 @@ std::vector<Case> all_cases() {
   return cases;
 }
 
-/// From six faces on a boundary vertex has no tangent plane: see limit.h.
+/// From six faces on a boundary vertex has no tangent plane: see loop.h.
 bool has_tangent_plane(const Case& c) {
   return c.closed || c.faces <= 5;
 }

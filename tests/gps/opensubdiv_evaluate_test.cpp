@@ -7,6 +7,7 @@
 
 #include <opensubdiv/far/stencilTableFactory.h>
 
+#include <map>
 #include <memory>
 
 #include "meshes.h"
@@ -74,6 +75,36 @@ void expect_agreement(const Mesh& mesh, const SurfaceRules& rules, std::size_t p
     for (std::size_t i = 0; i < n; ++i)
       if (points[i].uu.dot(uu[i].p) + points[i].uv.dot(uv[i].p) + points[i].vv.dot(vv[i].p) < 0) factors[i] = -1;
   }
+  // The weights of both, vertex by vertex.
+  const JetTable weights = ours.patches().weights(places);
+  std::array<double, 6> largest{}, errors{};
+  for (std::size_t i = 0; i < n; ++i) {
+    const auto theirs = table->GetLimitStencil(static_cast<Far::Index>(i));
+    const double second = factors[i], first = std::sqrt(std::abs(second));
+    std::map<Index, std::array<double, 6>> difference;
+    for (int j = 0; j < theirs.GetSize(); ++j) {
+      const std::array<double, 6> w{theirs.GetWeights()[j],
+                                    first * theirs.GetDuWeights()[j],
+                                    first * theirs.GetDvWeights()[j],
+                                    second * theirs.GetDuuWeights()[j],
+                                    second * theirs.GetDuvWeights()[j],
+                                    second * theirs.GetDvvWeights()[j]};
+      std::array<double, 6>& d = difference[static_cast<Index>(theirs.GetVertexIndices()[j])];
+      for (std::size_t k = 0; k < 6; ++k) {
+        d[k] += w[k];
+        largest[k] = std::max(largest[k], std::abs(w[k]));
+      }
+    }
+    const Row<JetWeight> row = weights.row(i);
+    for (std::size_t j = 0; j < row.indices.size(); ++j) {
+      const JetWeight& w = row.weights[j];
+      const std::array<double, 6> own{w.value, w.u, w.v, w.uu, w.uv, w.vv};
+      for (std::size_t k = 0; k < 6; ++k) difference[row.indices[j]][k] -= own[k];
+    }
+    for (const auto& [vertex, d] : difference)
+      for (std::size_t k = 0; k < 6; ++k) errors[k] = std::max(errors[k], std::abs(d[k]));
+  }
+  for (std::size_t k = 0; k < 6; ++k) EXPECT_LT(errors[k], 1e-10 * largest[k]) << "weights of derivative " << k;
   for (std::size_t i = 0; i < n; ++i)
     for (OsdPoint* second : {&uu[i], &uv[i], &vv[i]}) second->p *= factors[i];
   for (std::size_t i = 0; i < n; ++i)

@@ -2,6 +2,8 @@
 
 #include <gpsrecon/core/neighbors.h>
 #include <gpsrecon/gps/limit_surface.h>
+#include <gpsrecon/gps/loop.h>
+#include <gpsrecon/gps/subdivide.h>
 #include <gtest/gtest.h>
 
 #include <opensubdiv/far/primvarRefiner.h>
