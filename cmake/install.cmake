@@ -41,6 +41,9 @@ set(GPSRECON_PUBLIC_HEADERS
   gps/evaluate.h
   gps/edit.h
   gps/infer.h
+  gps/patch_basis.h
+  gps/patch_table.h
+  gps/stencils.h
   gps/subdivide.h
   hem/hem.h
   hem/likelihood.h

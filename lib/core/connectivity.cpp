@@ -115,6 +115,31 @@ Connectivity manifold_connectivity(const FaceList& faces, std::size_t vertex_cou
   return c;
 }
 
+Connectivity validated_connectivity(const CovMesh& mesh) {
+  validate(mesh.vertices);
+  validate(mesh.faces, mesh.vertices.size());
+  for (std::size_t f = 0; mesh.rules.scheme == Scheme::loop && f < mesh.faces.size(); ++f)
+    if (const std::size_t corners = mesh.faces[f].size(); corners != 3)
+      throw InvariantError("covariance mesh: face " + std::to_string(f) + " has " + std::to_string(corners) +
+                           " corners; Loop's scheme refines triangles, Catmull and Clark's any polygons");
+  return manifold_connectivity(mesh.faces, mesh.vertices.size(), "covariance mesh");
+}
+
+Connectivity over_vertices(Connectivity c, std::vector<Index> corners, std::size_t vertex_count) {
+  c.corners = std::move(corners);
+  c.vertex_count = vertex_count;
+  set_vertices(c);
+  return c;
+}
+
+FaceList face_list(const Connectivity& c) {
+  FaceList faces;
+  faces.corners = c.corners;
+  faces.offsets.resize(c.face_total() + 1);
+  for (Index f = 0; f < faces.offsets.size(); ++f) faces.offsets[f] = c.face_start(f);
+  return faces;
+}
+
 VertexEdges vertex_edges(const Connectivity& c) {
   VertexEdges at{std::vector<Index>(c.vertex_count + 1, 0), std::vector<Index>(2 * c.edge_count())};
   const auto for_each_end = [&c](const auto& visit) {

@@ -2,15 +2,16 @@
 
 #include <gpsrecon/core/mesh.h>
 #include <cstddef>
+#include <span>
+#include <utility>
 #include <vector>
 
 namespace gpsrecon {
 
 /// How the faces of a mesh hang together: half-edges, undirected edges and the fans of faces around vertices (Kettner
 /// 1999, half-edges as flat arrays). Half-edge h is corner h of the face list: it leaves corners[h] and runs to the
-/// next corner of the same face. Built once per mesh and handed on; nothing in the library changes one after it is
-/// made. About 16 bytes per half-edge, 8 more if the faces have neither all three nor all four corners, and 8 per
-/// vertex.
+/// next corner of the same face. Built once per mesh and handed on, by those who own the mesh. About 16 bytes per
+/// half-edge, 8 more if the faces have neither all three nor all four corners, and 8 per vertex.
 struct Connectivity {
   std::size_t vertex_count = 0;
   Index corners_per_face = 3;         ///< 3 or 4 if all faces have so many, otherwise 0
@@ -95,6 +96,29 @@ Connectivity build_connectivity(const FaceList& faces, std::size_t vertex_count)
 
 /// The same, and throws InvariantError, its text after `what`, unless the faces are manifold and consistently oriented.
 Connectivity manifold_connectivity(const FaceList& faces, std::size_t vertex_count, const char* what = "mesh");
+
+/// The connectivity of a covariance mesh. Throws InvariantError as validate(mesh). O(n).
+Connectivity validated_connectivity(const CovMesh& mesh);
+
+/// A valid covariance mesh with its connectivity, as the stages take it: where it is at hand it is handed on, and a
+/// mesh alone is checked and connected.
+struct ConnectedMesh {
+  CovMesh mesh;
+  Connectivity connectivity;
+
+  /// By validated_connectivity(); implicit, so that a mesh will do.
+  ConnectedMesh(CovMesh covmesh)  // NOLINT(google-explicit-constructor)
+      : mesh(std::move(covmesh)), connectivity(validated_connectivity(mesh)) {}
+  /// Precondition: the connectivity is that of the mesh, which is valid.
+  ConnectedMesh(CovMesh covmesh, Connectivity known) : mesh(std::move(covmesh)), connectivity(std::move(known)) {}
+};
+
+/// The same half-edges and edges over other vertices: where fans that touched have been parted, or vertices renumbered.
+/// Corners that an edge joins must have the same vertex as before each other. O(n), without matching half-edges again.
+Connectivity over_vertices(Connectivity connectivity, std::vector<Index> corners, std::size_t vertex_count);
+
+/// The faces again. O(n).
+FaceList face_list(const Connectivity& connectivity);
 
 /// The edges at every vertex, ascending: those of vertex v are edges[offsets[v] .. offsets[v + 1]).
 struct VertexEdges {

@@ -42,13 +42,7 @@ SurfaceRules rules_for(const FaceList& faces) {
 }
 
 void validate(const CovMesh& mesh) {
-  validate(mesh.vertices);
-  validate(mesh.faces, mesh.vertices.size());
-  for (std::size_t f = 0; mesh.rules.scheme == Scheme::loop && f < mesh.faces.size(); ++f)
-    if (const std::size_t corners = mesh.faces[f].size(); corners != 3)
-      throw InvariantError("covariance mesh: face " + std::to_string(f) + " has " + std::to_string(corners) +
-                           " corners; Loop's scheme refines triangles, Catmull and Clark's any polygons");
-  manifold_connectivity(mesh.faces, mesh.vertices.size(), "covariance mesh");
+  validated_connectivity(mesh);
 }
 
 }  // namespace gpsrecon

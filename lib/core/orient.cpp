@@ -24,8 +24,7 @@ struct Pieces {
   std::vector<char> open;  ///< per component
 };
 
-Pieces find_pieces(const FaceList& faces, std::size_t vertex_count) {
-  const Connectivity connectivity = build_connectivity(faces, vertex_count);
+Pieces find_pieces(const Connectivity& connectivity) {
   Pieces pieces{face_components(connectivity), {}};
   pieces.open.assign(pieces.components.count, 0);
   for (Index h = 0; h < connectivity.half_edge_count(); ++h)
@@ -67,17 +66,22 @@ std::vector<char> lies_inside(const Mixture& vertices, const FaceList& faces, co
 }
 
 /// Reverses the faces of the components marked, and counts these.
-std::size_t turn_over(FaceList& faces, const Components& components, const std::vector<char>& marked) {
+std::size_t turn_over(FaceList& faces, Connectivity& connectivity, const Components& components,
+                      const std::vector<char>& marked) {
+  const auto turned = static_cast<std::size_t>(std::count(marked.begin(), marked.end(), 1));
+  if (turned == 0) return 0;
   for (std::size_t f = 0; f < faces.size(); ++f)
     if (marked[components.of_face[f]])
       std::reverse(faces.corners.begin() + faces.offsets[f], faces.corners.begin() + faces.offsets[f + 1]);
-  return static_cast<std::size_t>(std::count(marked.begin(), marked.end(), 1));
+  connectivity = build_connectivity(faces, connectivity.vertex_count);
+  return turned;
 }
 
 }  // namespace
 
-std::size_t orient(const Mixture& vertices, FaceList& faces, const std::optional<Vec3>& sensor) {
-  const Pieces pieces = find_pieces(faces, vertices.size());
+std::size_t orient(const Mixture& vertices, FaceList& faces, Connectivity& connectivity,
+                   const std::optional<Vec3>& sensor) {
+  const Pieces pieces = find_pieces(connectivity);
   const std::size_t count = pieces.components.count;
   const auto center_of = [&](std::size_t f) {
     const auto t = faces[f];
@@ -108,12 +112,12 @@ std::size_t orient(const Mixture& vertices, FaceList& faces, const std::optional
   std::vector<char> wrong = lies_inside(vertices, faces, pieces);
   for (std::size_t c = 0; c < count; ++c)
     if (side[c] < 0) wrong[c] ^= 1;
-  return turn_over(faces, pieces.components, wrong);
+  return turn_over(faces, connectivity, pieces.components, wrong);
 }
 
-std::size_t orient_by_vote(const Mixture& vertices, FaceList& faces, const PointCloud& cloud,
-                           std::span<const Vec3> directions, const RunContext& context) {
-  const Pieces pieces = find_pieces(faces, vertices.size());
+std::size_t orient_by_vote(const Mixture& vertices, FaceList& faces, Connectivity& connectivity,
+                           const PointCloud& cloud, std::span<const Vec3> directions, const RunContext& context) {
+  const Pieces pieces = find_pieces(connectivity);
   if (std::find(pieces.open.begin(), pieces.open.end(), 1) == pieces.open.end()) return 0;
   std::vector<Vec3> normals(vertices.size(), Vec3::Zero());
   std::vector<Index> component(vertices.size(), no_index);
@@ -142,7 +146,7 @@ std::size_t orient_by_vote(const Mixture& vertices, FaceList& faces, const Point
   }
   std::vector<char> wrong(votes.size());
   for (std::size_t c = 0; c < votes.size(); ++c) wrong[c] = pieces.open[c] && votes[c] < 0;
-  return turn_over(faces, pieces.components, wrong);
+  return turn_over(faces, connectivity, pieces.components, wrong);
 }
 
 }  // namespace gpsrecon

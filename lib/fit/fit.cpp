@@ -12,7 +12,6 @@
 #include <gpsrecon/fit/residuals.h>
 #include <gpsrecon/fit/rim.h>
 #include <gpsrecon/gps/limit_surface.h>
-#include <gpsrecon/gps/refined_connectivity.h>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -184,7 +183,7 @@ struct Fitting {
   void assign(const SurfaceSamples& samples, const SampleGraph& graph, bool first);
   std::size_t step(CovMesh& mesh, const LimitSurface& surface, const ControlEdges& edges, const Rim& rim,
                    const SurfaceSamples& samples);
-  std::vector<double> round(Fit& fit, const Connectivity& topology, int steps, Scheme scheme = Scheme::loop);
+  std::vector<double> round(Fit& fit, int steps, Scheme scheme = Scheme::loop);
 };
 
 void Fitting::assign(const SurfaceSamples& samples, const SampleGraph& graph, bool first) {
@@ -216,11 +215,12 @@ std::size_t Fitting::step(CovMesh& mesh, const LimitSurface& surface, const Cont
 /// Steps on one control mesh, until the points come no closer. Returns the evidence for more detail per control edge,
 /// and hands the points over to the control vertices, which keep their numbers when edges are split.
 /// Evidence there is with Scheme::loop only.
-std::vector<double> Fitting::round(Fit& fit, const Connectivity& topology, int steps, Scheme scheme) {
+std::vector<double> Fitting::round(Fit& fit, int steps, Scheme scheme) {
   CovMesh& mesh = fit.mesh;
+  const Connectivity& topology = fit.connectivity;
   SurfaceRules rules = mesh.rules;
   rules.scheme = scheme;
-  const LimitSurface surface(mesh.faces, mesh.vertices.size(), options.level, rules, context);
+  const LimitSurface surface(topology, options.level, rules, context);
   const SampleGraph graph = sample_graph(surface);
   const Rim rim = find_rim(surface);
   const ControlEdges edges = control_edges(topology);
@@ -257,22 +257,23 @@ std::vector<double> Fitting::round(Fit& fit, const Connectivity& topology, int s
 }
 
 /// Cloud and mesh are in one frame; lengths are in the units of the positions.
-Fit fit_rounds(CovMesh mesh, const PointCloud& cloud, const FitOptions& options, const RunContext& context) {
+Fit fit_rounds(ConnectedMesh mesh, const PointCloud& cloud, const FitOptions& options, const RunContext& context) {
   Fit result;
-  result.mesh = std::move(mesh);
-  if (options.steps == 0 || cloud.empty() || result.mesh.faces.empty()) return result;
+  result.mesh = std::move(mesh.mesh);
+  result.connectivity = std::move(mesh.connectivity);
   std::vector<char> held_out = hold_out(cloud.size(), context.seed);
   result.held_out_points = static_cast<std::size_t>(std::count(held_out.begin(), held_out.end(), 1));
   Fitting fitting{.cloud = cloud, .options = options, .context = context, .held_out = std::move(held_out)};
   // As they were before a refinement, in case it is undone.
   CovMesh coarser;
+  Connectivity coarser_connectivity;
   FitState accepted;
   for (int round = 0;; ++round) {
-    const Connectivity topology = triangle_connectivity(result.mesh.faces, result.mesh.vertices.size());
-    const std::vector<double> detail = fitting.round(result, topology, options.steps);
+    const std::vector<double> detail = fitting.round(result, options.steps);
     if (round > 0) {
       if (held_out_rise(accepted.losses, fitting.state.losses, fitting.held_out) > significant_rise) {
         result.mesh = std::move(coarser);
+        result.connectivity = std::move(coarser_connectivity);
         fitting.state = std::move(accepted);
         break;
       }
@@ -283,17 +284,20 @@ Fit fit_rounds(CovMesh mesh, const PointCloud& cloud, const FitOptions& options,
     context.progress("fit", static_cast<double>(round + 1) / (options.refinements + 2));
     const auto shown = static_cast<double>(detail.size() - std::count(detail.begin(), detail.end(), 0.0));
     if (round == options.refinements || shown <= min_split_share * static_cast<double>(detail.size())) break;
-    const std::vector<char> split = strongest_edges(result.mesh, topology, detail, room(result.mesh, options));
+    const std::vector<char> split =
+        strongest_edges(result.mesh, result.connectivity, detail, room(result.mesh, options));
     if (std::count(split.begin(), split.end(), 1) == 0) break;
     accepted = fitting.state;
     coarser = std::move(result.mesh);
-    result.mesh = split_edges(coarser, topology, split, context);
+    coarser_connectivity = std::move(result.connectivity);
+    result.mesh = split_edges(coarser, coarser_connectivity, split, context);
+    result.connectivity = build_connectivity(result.mesh.faces, result.mesh.vertices.size());
   }
   const bool other_scheme = result.mesh.rules.scheme != Scheme::loop;
   if (result.held_out_points > 0 || other_scheme) {
     fitting.held_out.assign(cloud.size(), 0);
-    fitting.round(result, triangle_connectivity(result.mesh.faces, result.mesh.vertices.size()),
-                  other_scheme ? options.steps : std::min(options.steps, steps_on_all), result.mesh.rules.scheme);
+    fitting.round(result, other_scheme ? options.steps : std::min(options.steps, steps_on_all),
+                  result.mesh.rules.scheme);
   }
   context.progress("fit", 1);
   return result;
@@ -311,16 +315,20 @@ std::vector<Vec3> outward_directions(const PointCloud& cloud, const std::optiona
 
 }  // namespace
 
-Fit fit(CovMesh mesh, const PointCloud& cloud, const FitOptions& options, const RunContext& context) {
+Fit fit(ConnectedMesh mesh, const PointCloud& cloud, const FitOptions& options, const RunContext& context) {
   options.check();
-  if (options.steps == 0 || cloud.empty() || mesh.faces.empty()) {
+  if (options.steps == 0 || cloud.empty() || mesh.mesh.faces.empty()) {
     Fit same;
-    same.mesh = std::move(mesh);
+    same.mesh = std::move(mesh.mesh);
+    same.connectivity = std::move(mesh.connectivity);
     return same;
   }
-  if (!(cloud.frame == mesh.vertices.frame))
-    return fit(std::move(mesh), in_frame(cloud, mesh.vertices.frame), options, context);
-  const std::vector<Vec3> before = mesh.vertices.means;
+  const Frame& frame = mesh.mesh.vertices.frame;
+  if (!(cloud.frame == frame)) {
+    const PointCloud local = in_frame(cloud, frame);
+    return fit(std::move(mesh), local, options, context);
+  }
+  const std::vector<Vec3> before = mesh.mesh.vertices.means;
   Fit result = fit_rounds(std::move(mesh), cloud, options, context);
   Mixture& vertices = result.mesh.vertices;
   vertices = as_stored(vertices);
@@ -338,13 +346,13 @@ Fit fit(CovMesh mesh, const PointCloud& cloud, const FitOptions& options, const 
   return result;
 }
 
-Fit fit(CovMesh mesh, const PreparedCloud& cloud, const FitOptions& options, const RunContext& context) {
-  const PointCloud points =
-      cloud.cloud.frame == mesh.vertices.frame ? PointCloud() : in_frame(cloud.cloud, mesh.vertices.frame);
+Fit fit(ConnectedMesh mesh, const PreparedCloud& cloud, const FitOptions& options, const RunContext& context) {
+  const Frame& frame = mesh.mesh.vertices.frame;
+  const PointCloud points = cloud.cloud.frame == frame ? PointCloud() : in_frame(cloud.cloud, frame);
   const PointCloud& local = points.empty() ? cloud.cloud : points;
   std::size_t turned = 0;
   if (const std::vector<Vec3> directions = outward_directions(local, cloud.sensor); !directions.empty())
-    turned = orient_by_vote(mesh.vertices, mesh.faces, local, directions, context);
+    turned = orient_by_vote(mesh.mesh.vertices, mesh.mesh.faces, mesh.connectivity, local, directions, context);
   Fit result = fit(std::move(mesh), local, options, context);
   result.flipped_components = turned;
   return result;

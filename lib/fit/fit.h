@@ -1,6 +1,6 @@
 #pragma once
 
-#include <gpsrecon/core/mesh.h>
+#include <gpsrecon/core/connectivity.h>
 #include <gpsrecon/core/options.h>
 #include <gpsrecon/core/point_cloud.h>
 #include <gpsrecon/core/prepared_cloud.h>
@@ -62,6 +62,7 @@ struct FitStatistics {
 /// A fitted mesh and how it came about.
 struct Fit : FitStatistics {
   CovMesh mesh = {};
+  Connectivity connectivity = {};  ///< of the mesh
 };
 
 /// Moves the means of a triangular covariance mesh so that its limit surface S(u) = Σ_i W_i(u) μ_i, by the rules of the
@@ -77,10 +78,10 @@ struct Fit : FitStatistics {
 /// have the Gaussians of a Loop step and a share of the weight of their edge's ends. A cloud in
 /// another frame is carried over to that of the mesh; the vertices are as_stored(). O(n log m) for n points and m
 /// samples. Throws OptionError, InvariantError, Cancelled.
-Fit fit(CovMesh mesh, const PointCloud& cloud, const FitOptions& options = {}, const RunContext& context = {});
+Fit fit(ConnectedMesh mesh, const PointCloud& cloud, const FitOptions& options = {}, const RunContext& context = {});
 
 /// The same, and before it open components are turned to where the points of the cloud were seen from, or to the side
 /// of their normals, if they tell.
-Fit fit(CovMesh mesh, const PreparedCloud& cloud, const FitOptions& options = {}, const RunContext& context = {});
+Fit fit(ConnectedMesh mesh, const PreparedCloud& cloud, const FitOptions& options = {}, const RunContext& context = {});
 
 }  // namespace gpsrecon

@@ -46,18 +46,14 @@ std::vector<double> local_scales(const std::vector<Index>& control, std::size_t 
 }  // namespace
 
 SampleGraph sample_graph(const LimitSurface& surface) {
-  const FaceList& faces = surface.faces();
-  SampleGraph graph{std::vector<std::uint32_t>(surface.sample_count() + 1, 0), {}};
-  for (const Index v : faces.corners) graph.offset[v + 1] += 2;
-  for (std::size_t s = 0; s < surface.sample_count(); ++s) graph.offset[s + 1] += graph.offset[s];
-  graph.next.resize(graph.offset.back());
-  std::vector<std::uint32_t> cursor(graph.offset.begin(), graph.offset.end() - 1);
-  for (std::size_t f = 0; f < faces.size(); ++f) {
-    const auto face = faces[f];
-    for (std::size_t k = 0; k < face.size(); ++k) {
-      graph.next[cursor[face[k]]++] = face[(k + 1) % face.size()];
-      graph.next[cursor[face[k]]++] = face[(k + face.size() - 1) % face.size()];
-    }
+  const Connectivity& connectivity = surface.connectivity();
+  SampleGraph graph;
+  graph.offset.reserve(surface.sample_count() + 1);
+  graph.next.reserve(2 * connectivity.edge_count());
+  graph.offset.push_back(0);
+  for (Index s = 0; s < surface.sample_count(); ++s) {
+    connectivity.for_each_neighbor(s, [&](Index neighbor) { graph.next.push_back(neighbor); });
+    graph.offset.push_back(static_cast<std::uint32_t>(graph.next.size()));
   }
   return graph;
 }

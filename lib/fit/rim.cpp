@@ -19,7 +19,7 @@ using WeightedSum = Eigen::Vector2d;  // (Σ w x, Σ w)
 Rim find_rim(const LimitSurface& surface) {
   Rim rim;
   rim.position.assign(surface.sample_count(), no_index);
-  for (const std::vector<Index>& loop : boundary_loops(build_connectivity(surface.faces(), surface.sample_count())))
+  for (const std::vector<Index>& loop : boundary_loops(surface.connectivity()))
     for (std::size_t k = 0; k < loop.size(); ++k) {
       rim.position[loop[k]] = static_cast<Index>(rim.sample.size());
       rim.sample.push_back(loop[k]);

@@ -67,12 +67,12 @@ double distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
 
 class Tessellator {
  public:
-  Tessellator(const SurfaceEvaluator& surface, const CovMesh& control, double tolerance, int max_halvings,
+  Tessellator(const SurfaceEvaluator& surface, const ConnectedMesh& control, double tolerance, int max_halvings,
               const RunContext& context)
       : surface_(surface), limit_(safety * tolerance), max_halvings_(max_halvings), context_(context) {
-    positions_ = control.vertices.means;
+    positions_ = control.mesh.vertices.means;
     places_.assign(positions_.size(), {no_index, 0, 0});
-    triangulate_control(control.faces);
+    triangulate_control(control.mesh.faces, control.connectivity);
     place_vertices(0);
   }
 
@@ -155,8 +155,7 @@ class Tessellator {
     add_triangle(patch, {v[0], v[2], v[3]}, {diagonal, e[2], e[3]}, {at[0], at[2], at[3]});
   }
 
-  void triangulate_control(const FaceList& faces) {
-    const Connectivity topology = build_connectivity(faces, positions_.size());
+  void triangulate_control(const FaceList& faces, const Connectivity& topology) {
     const bool triangular = surface_.data().table.triangular();
     static const std::array<Vec2, 3> triangle{{{0, 0}, {1, 0}, {0, 1}}};
     static const std::array<Vec2, 4> square{{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
@@ -444,8 +443,8 @@ class Tessellator {
 
 }  // namespace
 
-Tessellation tessellate(const SurfaceEvaluator& surface, const CovMesh& control, double tolerance, int max_halvings,
-                        const RunContext& context) {
+Tessellation tessellate(const SurfaceEvaluator& surface, const ConnectedMesh& control, double tolerance,
+                        int max_halvings, const RunContext& context) {
   return Tessellator(surface, control, tolerance, max_halvings, context).run();
 }
 

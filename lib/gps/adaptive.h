@@ -22,7 +22,7 @@ struct Tessellation {
 /// twice as densely on control faces, and must stay within 0.7 of the tolerance. Edges are halved at most
 /// `max_halvings` times.
 /// Precondition: tolerance > 0. O(size of the result).
-Tessellation tessellate(const SurfaceEvaluator& surface, const CovMesh& control, double tolerance, int max_halvings,
-                        const RunContext& context = {});
+Tessellation tessellate(const SurfaceEvaluator& surface, const ConnectedMesh& control, double tolerance,
+                        int max_halvings, const RunContext& context = {});
 
 }  // namespace gpsrecon

@@ -107,12 +107,10 @@ std::vector<DualPoint> dual_points(const Mixture& control, const Normalization& 
   return dual;
 }
 
-SurfaceEvaluator::Data::Data(const CovMesh& mesh, const RunContext& context)
-    : table(mesh.faces, mesh.vertices.size(), mesh.rules, context),
-      face_sizes(mesh.faces),
-      normal_form(normalization(mesh.vertices)) {
-  const std::vector<DualPoint> base =
-      table.to_base<DualPoint>(dual_points(mesh.vertices, normal_form, context), context);
+SurfaceEvaluator::Data::Data(const Mixture& control, const SurfaceRules& rules, const Connectivity& connectivity,
+                             const RunContext& context)
+    : table(connectivity, rules, context), face_count(connectivity.face_total()), normal_form(normalization(control)) {
+  const std::vector<DualPoint> base = table.to_base<DualPoint>(dual_points(control, normal_form, context), context);
   points = table.to_points<DualPoint>(base, context);
   vertex_normals.assign(base.size(), Vec3::Zero());
   parallel_for(base.size(), context, [&](std::size_t v) {
@@ -170,17 +168,15 @@ Curvature SurfaceEvaluator::Data::curvature_at(const SurfaceParameter& place, Pa
   return result;
 }
 
-SurfaceEvaluator::SurfaceEvaluator(const CovMesh& mesh, const RunContext& context) {
-  validate(mesh);
-  data_ = std::make_shared<const Data>(mesh, context);
-}
+SurfaceEvaluator::SurfaceEvaluator(const ConnectedMesh& mesh, const RunContext& context)
+    : data_(std::make_shared<const Data>(mesh.mesh.vertices, mesh.mesh.rules, mesh.connectivity, context)) {}
 
 const PatchTable& SurfaceEvaluator::patches() const {
   return data_->table;
 }
 
 std::size_t SurfaceEvaluator::patches_of(std::size_t face) const {
-  return (face + 1 < data_->face_sizes.size() ? first_patch(face + 1) : patch_count()) - first_patch(face);
+  return (face + 1 < data_->face_count ? first_patch(face + 1) : patch_count()) - first_patch(face);
 }
 
 std::vector<SurfacePoint> SurfaceEvaluator::evaluate(std::span<const SurfaceParameter> places,

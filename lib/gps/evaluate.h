@@ -1,6 +1,6 @@
 #pragma once
 
-#include <gpsrecon/core/mesh.h>
+#include <gpsrecon/core/connectivity.h>
 #include <gpsrecon/core/run_context.h>
 #include <gpsrecon/core/sym3.h>
 #include <gpsrecon/gps/patch_table.h>
@@ -47,7 +47,7 @@ class SurfaceEvaluator {
  public:
   /// Makes a table of about 60 numbers per face. Throws InvariantError if the mesh is not a valid covariance mesh, or
   /// not triangular with Scheme::loop. O(n).
-  explicit SurfaceEvaluator(const CovMesh& mesh, const RunContext& context = {});
+  explicit SurfaceEvaluator(const ConnectedMesh& mesh, const RunContext& context = {});
 
   /// The basis functions of the surface.
   const PatchTable& patches() const;

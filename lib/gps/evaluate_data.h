@@ -30,7 +30,7 @@ struct Jet {
 };
 
 struct SurfaceEvaluator::Data {
-  Data(const CovMesh& mesh, const RunContext& context);
+  Data(const Mixture& control, const SurfaceRules& rules, const Connectivity& connectivity, const RunContext& context);
 
   Vec3 position(const SurfaceParameter& place, PatchRow<0>& work) const {
     table.point_weights(table.locate(place), work);
@@ -41,7 +41,7 @@ struct SurfaceEvaluator::Data {
   Curvature curvature_at(const SurfaceParameter& place, PatchRow<2>& work) const;
 
   PatchTable table;
-  FaceList face_sizes;
+  std::size_t face_count;
   Normalization normal_form;
   std::vector<DualPoint> points;
   std::vector<Vec3> vertex_normals;  ///< of the base mesh: at irregular vertices, zero where there is no tangent plane

@@ -9,18 +9,23 @@ namespace gpsrecon {
 
 LimitSurface::LimitSurface(const FaceList& faces, std::size_t control_count, int levels, const SurfaceRules& rules,
                            const RunContext& context)
-    : control_count_(control_count) {
-  check_levels(faces, levels, rules);
+    : LimitSurface(manifold_connectivity(faces, control_count, "subdivision"), levels, rules, context) {}
+
+LimitSurface::LimitSurface(const Connectivity& control, int levels, const SurfaceRules& rules,
+                           const RunContext& context)
+    : control_count_(control.vertex_count) {
+  check_levels(control, levels, rules);
   const auto store = [&](const auto& refinement) {
     for (std::size_t level = 0; level < refinement.levels(); ++level)
       steps_.push_back(tabulate(refinement.step(level), context));
     limit_ = tabulate(refinement.limit(), context);
-    faces_ = refinement.faces(context);
+    connectivity_ = refinement.last(context);
+    faces_ = face_list(connectivity_);
   };
   if (rules.scheme == Scheme::loop)
-    store(RefinementLevels<LoopScheme>(faces, control_count, levels, rules, context));
+    store(RefinementLevels<LoopScheme>(control, levels, rules, context));
   else
-    store(RefinementLevels<CatmullClarkScheme>(faces, control_count, levels, rules, context));
+    store(RefinementLevels<CatmullClarkScheme>(control, levels, rules, context));
 }
 
 SurfaceSamples LimitSurface::evaluate(const Mixture& control, bool limit, const RunContext& context) const {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <gpsrecon/core/mesh.h>
+#include <gpsrecon/core/connectivity.h>
 #include <gpsrecon/gps/evaluate.h>
 #include <gpsrecon/gps/stencils.h>
 
@@ -18,21 +18,25 @@ struct SurfaceSamples {
 /// Everything about a Gaussian-product surface that depends on connectivity alone: the faces of a refinement
 /// level, the stencils of every step down to it and the limit masks there. Built once, it evaluates the surface for any
 /// Gaussians at the control vertices, and carries data between control vertices and samples. A sample is a vertex of
-/// the refined faces; sample i < control_count() belongs to control vertex i. Memory: about 100 bytes per sample, faces
-/// included.
+/// the refined faces; sample i < control_count() belongs to control vertex i. Memory: about 200 bytes per sample, their
+/// connectivity included.
 class LimitSurface {
  public:
-  /// `faces` are manifold and consistently oriented, with Scheme::loop triangles; levels >= 0. With
+  /// `control` is manifold and consistently oriented, with Scheme::loop of triangles; levels >= 0. With
   /// Scheme::catmull_clark the samples of a level are its old vertices, one per edge and one per face, and the refined
-  /// faces quadrilaterals. Throws InvariantError for other faces; OptionError if the level has more faces than indices
-  /// can count, or is 0 for Scheme::catmull_clark and faces of other than four corners, whose limit positions have no
-  /// masks.
+  /// faces quadrilaterals. Throws InvariantError for faces of other sizes; OptionError if the level has more faces than
+  /// indices can count, or is 0 for Scheme::catmull_clark and faces of other than four corners, whose limit positions
+  /// have no masks.
+  LimitSurface(const Connectivity& control, int levels, const SurfaceRules& rules = {}, const RunContext& context = {});
+  /// The same by manifold_connectivity().
   LimitSurface(const FaceList& faces, std::size_t control_count, int levels, const SurfaceRules& rules = {},
                const RunContext& context = {});
 
   std::size_t control_count() const { return control_count_; }
   std::size_t sample_count() const { return limit_.rows(); }
   const FaceList& faces() const& { return faces_; }
+  /// Connectivity of the refined faces.
+  const Connectivity& connectivity() const& { return connectivity_; }
 
   /// The surface of the Gaussians `control` (a valid mixture of control_count() components). With limit = false the
   /// positions and deviations are those of the refined vertices themselves instead of their limits.
@@ -63,6 +67,7 @@ class LimitSurface {
  private:
   std::size_t control_count_;
   FaceList faces_;
+  Connectivity connectivity_;
   std::vector<RefinementStep<StencilTable, StencilTable>> steps_;
   LimitTable limit_;
 };

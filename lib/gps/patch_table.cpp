@@ -161,7 +161,7 @@ class Fan {
 
   Connectivity connect() const {
     const FaceList faces = fan_of(n_, boundary_, rules_.scheme == gpsrecon::Scheme::loop);
-    return Scheme::connect(faces, 1 + *std::max_element(faces.corners.begin(), faces.corners.end()));
+    return build_connectivity(faces, 1 + *std::max_element(faces.corners.begin(), faces.corners.end()));
   }
 
   Index n_;
@@ -228,16 +228,20 @@ void PatchTable::build(const Connectivity& base, const SurfaceRules& rules, cons
 
 PatchTable::PatchTable(const FaceList& faces, std::size_t control_count, const SurfaceRules& rules,
                        const RunContext& context)
-    : scheme_(rules.scheme), control_count_(control_count), patch_count_(faces.size()) {
+    : PatchTable(manifold_connectivity(faces, control_count, "subdivision"), rules, context) {}
+
+PatchTable::PatchTable(const Connectivity& control, const SurfaceRules& rules, const RunContext& context)
+    : scheme_(rules.scheme), control_count_(control.vertex_count), patch_count_(control.face_total()) {
   if (scheme_ == Scheme::loop) {
-    build<LoopScheme>(LoopScheme::connect(faces, control_count), rules, context);
+    check_triangles(control);
+    build<LoopScheme>(control, rules, context);
     return;
   }
-  Connectivity base = CatmullClarkScheme::connect(faces, control_count);
-  if (!faces.all_of_size(4)) {
+  std::optional<Connectivity> refined;
+  if (control.corners_per_face != 4) {
     // One patch per corner, or the four around the middle of a quadrilateral in one.
-    for (std::size_t f = 0; f < faces.size(); ++f) {
-      const Index first = faces.offsets[f], n = faces.offsets[f + 1] - first;
+    for (Index f = 0; f < control.face_total(); ++f) {
+      const Index first = control.face_start(f), n = control.face_size(f);
       first_patch_.push_back(static_cast<Index>(base_of_patch_.size()));
       for (Index i = 0; i < (n == 4 ? 1 : n); ++i) {
         base_of_patch_.push_back(first + i);
@@ -245,10 +249,10 @@ PatchTable::PatchTable(const FaceList& faces, std::size_t control_count, const S
       }
     }
     patch_count_ = base_of_patch_.size();
-    to_base_ = tabulate(CatmullClarkScheme::step(base, rules), context);
-    base = CatmullClarkScheme::refine(base, context);
+    to_base_ = tabulate(CatmullClarkScheme::step(control, rules), context);
+    refined = CatmullClarkScheme::refine(control, context);
   }
-  build<CatmullClarkScheme>(base, rules, context);
+  build<CatmullClarkScheme>(refined ? *refined : control, rules, context);
 }
 
 // Parameters

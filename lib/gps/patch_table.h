@@ -63,6 +63,8 @@ class PatchTable {
   /// About 60 numbers per face, and 10 n for each face at a boundary vertex of n. O(n).
   PatchTable(const FaceList& faces, std::size_t control_count, const SurfaceRules& rules = {},
              const RunContext& context = {});
+  /// The same with the connectivity at hand, which is manifold and consistently oriented.
+  PatchTable(const Connectivity& control, const SurfaceRules& rules, const RunContext& context = {});
 
   std::size_t control_count() const { return control_count_; }
   std::size_t patch_count() const { return patch_count_; }

@@ -1,7 +1,10 @@
 #include <gpsrecon/gps/refined_connectivity.h>
 
 #include <gpsrecon/core/error.h>
+#include <gpsrecon/core/mesh_topology.h>
 #include <gpsrecon/core/parallel.h>
+#include <string>
+#include <utility>
 
 namespace gpsrecon {
 namespace {
@@ -67,12 +70,20 @@ Connectivity sized(std::size_t vertices, std::size_t edges, std::size_t half_edg
 
 }  // namespace
 
-Connectivity triangle_connectivity(const FaceList& faces, std::size_t vertex_count) {
-  for (std::size_t f = 0; f < faces.size(); ++f)
-    if (faces[f].size() != 3)
-      throw InvariantError("subdivision: face " + std::to_string(f) + " has " + std::to_string(faces[f].size()) +
+void check_triangles(const Connectivity& connectivity) {
+  for (Index f = 0; connectivity.corners_per_face != 3 && f < connectivity.face_total(); ++f)
+    if (connectivity.face_size(f) != 3)
+      throw InvariantError("subdivision: face " + std::to_string(f) + " has " +
+                           std::to_string(connectivity.face_size(f)) +
                            " corners; Loop's scheme refines triangles (Catmull and Clark's refines any)");
-  return manifold_connectivity(faces, vertex_count, "subdivision");
+}
+
+Connectivity triangle_connectivity(const FaceList& faces, std::size_t vertex_count) {
+  Connectivity connectivity = build_connectivity(faces, vertex_count);
+  check_triangles(connectivity);
+  const std::string faults = manifold_faults(connectivity);
+  if (!faults.empty()) throw InvariantError("subdivision: " + faults);
+  return connectivity;
 }
 
 Connectivity refine_triangles(const Connectivity& parent, const RunContext& context) {

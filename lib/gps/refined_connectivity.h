@@ -9,6 +9,8 @@
 
 namespace gpsrecon {
 
+/// Throws InvariantError unless all faces are triangles.
+void check_triangles(const Connectivity& connectivity);
 /// Throws InvariantError unless the faces are triangles, manifold and consistently oriented. O(n).
 Connectivity triangle_connectivity(const FaceList& faces, std::size_t vertex_count);
 

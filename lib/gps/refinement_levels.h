@@ -25,9 +25,7 @@ struct NoRows {
 };
 
 struct LoopScheme {
-  static Connectivity connect(const FaceList& faces, std::size_t vertex_count) {
-    return triangle_connectivity(faces, vertex_count);
-  }
+  static void check(const Connectivity& connectivity) { check_triangles(connectivity); }
   static Connectivity refine(const Connectivity& parent, const RunContext& context) {
     return refine_triangles(parent, context);
   }
@@ -43,9 +41,7 @@ struct LoopScheme {
 };
 
 struct CatmullClarkScheme {
-  static Connectivity connect(const FaceList& faces, std::size_t vertex_count) {
-    return manifold_connectivity(faces, vertex_count, "subdivision");
-  }
+  static void check(const Connectivity&) {}
   static Connectivity refine(const Connectivity& parent, const RunContext& context) {
     return refine_to_quads(parent, context);
   }
@@ -68,26 +64,31 @@ RefinementStep<StencilTable, StencilTable> tabulate(const RefinementStep<FaceRow
   return {tabulate(step.faces, context), tabulate(step.points, context)};
 }
 
-/// Refinement of one mesh by some levels. Nothing is stored but the connectivity of all levels but the last, about 30
-/// bytes per vertex of the last: to be evaluated once. The samples are the vertices of the last level.
+/// Refinement of one mesh by some levels. Nothing is stored but the connectivity of the levels between the first and
+/// the last, about 30 bytes per vertex of the last: to be evaluated once. The samples are the vertices of the last
+/// level.
 template <class Scheme>
 class RefinementLevels {
  public:
-  /// Throws InvariantError as Scheme::connect. Precondition: levels >= 0.
-  RefinementLevels(const FaceList& faces, std::size_t control_count, int levels, const SurfaceRules& rules,
-                   const RunContext& context)
-      : control_faces_(faces), levels_(static_cast<std::size_t>(levels)), rules_(rules) {
-    above_.push_back(Scheme::connect(faces, control_count));
-    while (above_.size() < levels_) above_.push_back(Scheme::refine(above_.back(), context));
+  /// `control` is manifold and consistently oriented, and must outlive this. Throws InvariantError if the scheme does
+  /// not refine its faces. Precondition: levels >= 0.
+  RefinementLevels(const Connectivity& control, int levels, const SurfaceRules& rules, const RunContext& context)
+      : control_(control), levels_(static_cast<std::size_t>(levels)), rules_(rules) {
+    Scheme::check(control);
+    while (between_.size() + 1 < levels_) between_.push_back(Scheme::refine(above_last(), context));
   }
 
   std::size_t levels() const { return levels_; }
   /// From level `level` to the next.
-  auto step(std::size_t level) const { return Scheme::step(above_[level], rules_); }
+  auto step(std::size_t level) const { return Scheme::step(level == 0 ? control_ : between_[level - 1], rules_); }
   /// Limits at the samples.
-  auto limit() const { return Scheme::limit(above_.back(), rules_, levels_ > 0); }
+  auto limit() const { return Scheme::limit(above_last(), rules_, levels_ > 0); }
   FaceList faces(const RunContext& context) const {
-    return levels_ > 0 ? Scheme::refined_faces(above_.back(), context) : control_faces_;
+    return levels_ > 0 ? Scheme::refined_faces(above_last(), context) : face_list(control_);
+  }
+  /// Connectivity of the last level.
+  Connectivity last(const RunContext& context) const {
+    return levels_ > 0 ? Scheme::refine(above_last(), context) : control_;
   }
 
   /// Values at the vertices of the last level, from those at control vertices.
@@ -106,14 +107,17 @@ class RefinementLevels {
   }
 
  private:
-  const FaceList& control_faces_;
+  /// The level above the last, or, without levels, the control mesh.
+  const Connectivity& above_last() const { return between_.empty() ? control_ : between_.back(); }
+
+  const Connectivity& control_;
   std::size_t levels_;
   SurfaceRules rules_;
-  std::vector<Connectivity> above_;  ///< the levels above the last, at least the control mesh
+  std::vector<Connectivity> between_;
 };
 
 /// Throws OptionError if a level is negative, has more faces than indices can count, or is 0 for
 /// Scheme::catmull_clark and faces of other than four corners, whose limit positions have no masks.
-void check_levels(const FaceList& faces, int levels, const SurfaceRules& rules);
+void check_levels(const Connectivity& control, int levels, const SurfaceRules& rules);
 
 }  // namespace gpsrecon

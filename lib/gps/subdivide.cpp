@@ -63,13 +63,15 @@ void add_curvatures(const SurfaceEvaluator& surface, const std::vector<SurfacePa
                                   " vertices, taken around " + std::to_string(not_exact) + " irregular ones");
 }
 
-Mesh subdivide_to_tolerance(const CovMesh& mesh, const SubdivideOptions& options, const RunContext& context) {
+Mesh subdivide_to_tolerance(const ConnectedMesh& connected, const SubdivideOptions& options,
+                            const RunContext& context) {
+  const CovMesh& mesh = connected.mesh;
   const double tolerance = options.tolerance->resolve({.diagonal = bounding_box_diagonal(mesh.vertices.means),
                                                        .spacing = mesh.vertices.spacing,
                                                        .scene_to_local = 1 / mesh.vertices.frame.scale()},
                                                       "tolerance");
-  const SurfaceEvaluator surface(mesh, context);
-  Tessellation result = tessellate(surface, mesh, tolerance, max_halvings, context);
+  const SurfaceEvaluator surface(connected, context);
+  Tessellation result = tessellate(surface, connected, tolerance, max_halvings, context);
   context.progress("subdivide", 0.8);
   if (result.unresolved > 0)
     context.warn("tolerance: " + std::to_string(result.unresolved) +
@@ -110,10 +112,11 @@ Mesh subdivide_to_tolerance(const CovMesh& mesh, const SubdivideOptions& options
 }
 
 template <class Scheme>
-Mesh subdivide_uniformly(const CovMesh& mesh, const SubdivideOptions& options, const RunContext& context) {
-  const int level = options.levels ? *options.levels : automatic_level(mesh);
-  check_levels(mesh.faces, level, mesh.rules);
-  const RefinementLevels<Scheme> levels(mesh.faces, mesh.vertices.size(), level, mesh.rules, context);
+Mesh subdivide_uniformly(const ConnectedMesh& connected, const SubdivideOptions& options, const RunContext& context) {
+  const CovMesh& mesh = connected.mesh;
+  const int level = options.levels ? *options.levels : automatic_level(connected);
+  check_levels(connected.connectivity, level, mesh.rules);
+  const RefinementLevels<Scheme> levels(connected.connectivity, level, mesh.rules, context);
   context.progress("subdivide", 0.3);
   Mesh refined;
   refined.faces = levels.faces(context);
@@ -130,7 +133,7 @@ Mesh subdivide_uniformly(const CovMesh& mesh, const SubdivideOptions& options, c
   if (options.curvature) {
     const std::vector<SurfaceParameter> places =
         refined_parameters(mesh.faces, refined.faces, refined.positions.size(), level, mesh.rules.scheme);
-    add_curvatures(SurfaceEvaluator(mesh, context), places, refined, context);
+    add_curvatures(SurfaceEvaluator(connected, context), places, refined, context);
   }
   return refined;
 }
@@ -143,22 +146,19 @@ void SubdivideOptions::check() const {
   if (tolerance && !limit) throw OptionError("tolerance needs limit");
 }
 
-Mesh subdivide(const CovMesh& mesh, const SubdivideOptions& options, const RunContext& context) {
+Mesh subdivide(const ConnectedMesh& mesh, const SubdivideOptions& options, const RunContext& context) {
   options.check();
   context.progress("subdivide", 0);
-  // That the faces are manifold is found when they are refined.
-  validate(mesh.vertices);
-  validate(mesh.faces, mesh.vertices.size());
-  const auto refine_mesh = options.tolerance                   ? subdivide_to_tolerance
-                           : mesh.rules.scheme == Scheme::loop ? subdivide_uniformly<LoopScheme>
-                                                               : subdivide_uniformly<CatmullClarkScheme>;
+  const auto refine_mesh = options.tolerance                        ? subdivide_to_tolerance
+                           : mesh.mesh.rules.scheme == Scheme::loop ? subdivide_uniformly<LoopScheme>
+                                                                    : subdivide_uniformly<CatmullClarkScheme>;
   Mesh refined = refine_mesh(mesh, options, context);
   context.log(LogLevel::info, "subdivide: " + std::to_string(refined.faces.size()) + " faces");
   context.progress("subdivide", 1);
   return refined;
 }
 
-Mesh subdivide(const CovMesh& mesh, const PreparedCloud& cloud, const SubdivideOptions& options,
+Mesh subdivide(const ConnectedMesh& mesh, const PreparedCloud& cloud, const SubdivideOptions& options,
                const RunContext& context) {
   const PointCloud& points = cloud.cloud;
   const double unit = points.frame.scale();
@@ -177,19 +177,19 @@ Mesh subdivide(const CovMesh& mesh, const PreparedCloud& cloud, const SubdivideO
   return refined;
 }
 
-int automatic_level(const CovMesh& mesh) {
+int automatic_level(const ConnectedMesh& mesh) {
   // One level more would quadruple the mesh, and the memory and time for its report, for an accuracy that no longer
   // changes by more than a few per cent. A Catmull-Clark surface shows its quadrilaterals from the first level on.
-  const int lowest = mesh.rules.scheme == Scheme::catmull_clark ? 1 : 0;
-  return std::max(level_for_edge_length(mesh, 1.5 * mesh.vertices.spacing), lowest);
+  const int lowest = mesh.mesh.rules.scheme == Scheme::catmull_clark ? 1 : 0;
+  return std::max(level_for_edge_length(mesh, 1.5 * mesh.mesh.vertices.spacing), lowest);
 }
 
-int level_for_edge_length(const CovMesh& mesh, double target_edge, int max_level) {
-  const Connectivity topology = build_connectivity(mesh.faces, mesh.vertices.size());
+int level_for_edge_length(const ConnectedMesh& mesh, double target_edge, int max_level) {
+  const Connectivity& topology = mesh.connectivity;
+  const std::vector<Vec3>& means = mesh.mesh.vertices.means;
   if (topology.edge_count() == 0) return 0;
   double sum = 0;
-  for (const Index h : topology.edge_start)
-    sum += (mesh.vertices.means[topology.target(h)] - mesh.vertices.means[topology.source(h)]).norm();
+  for (const Index h : topology.edge_start) sum += (means[topology.target(h)] - means[topology.source(h)]).norm();
   // Every level halves the edges.
   double mean_edge = sum / static_cast<double>(topology.edge_count());
   int level = 0;

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <gpsrecon/core/mesh.h>
+#include <gpsrecon/core/connectivity.h>
 #include <gpsrecon/core/options.h>
 #include <gpsrecon/core/prepared_cloud.h>
 #include <gpsrecon/core/run_context.h>
@@ -53,18 +53,18 @@ struct SubdivideOptions {
 /// Scheme::catmull_clark 4^(L-1) times the corners, all quadrilaterals). A tolerance that is a share of the diagonal is
 /// of that of the control means. O(size of the result). Throws OptionError;
 /// InvariantError if the mesh is not a valid covariance mesh or, with Scheme::loop, not triangular.
-Mesh subdivide(const CovMesh& mesh, const SubdivideOptions& options = {}, const RunContext& context = {});
+Mesh subdivide(const ConnectedMesh& mesh, const SubdivideOptions& options = {}, const RunContext& context = {});
 
 /// The same with the points at hand: their colours and scalars (core/attributes.h) instead of the coarser ones of the
 /// Gaussians, and a tolerance that is a share of the diagonal is of theirs.
-Mesh subdivide(const CovMesh& mesh, const PreparedCloud& cloud, const SubdivideOptions& options = {},
+Mesh subdivide(const ConnectedMesh& mesh, const PreparedCloud& cloud, const SubdivideOptions& options = {},
                const RunContext& context = {});
 
 /// The level that a mesh is refined to unless options say otherwise: the smallest up to 3 whose edges are at most half
 /// longer than the sample spacing, and where that is not known 3; with Scheme::catmull_clark at least 1.
-int automatic_level(const CovMesh& mesh);
+int automatic_level(const ConnectedMesh& mesh);
 
 /// The smallest level <= max_level at which the mean edge is no longer than `target_edge`. Throws nothing.
-int level_for_edge_length(const CovMesh& mesh, double target_edge, int max_level = 3);
+int level_for_edge_length(const ConnectedMesh& mesh, double target_edge, int max_level = 3);
 
 }  // namespace gpsrecon

@@ -172,17 +172,18 @@ double try_error(const Search& search, const PreparedCloud& rest, const std::vec
   trial.components = mixture.mixture.size();
   if (detail < 1) options.fit.max_vertices = fit_limit(trial.components);
   search.context.progress("scale", static_cast<double>(search.found.tried.size()) / max_error_trials);
-  CovMesh covmesh;
+  Triangulation made;
   try {
-    covmesh = triangulate(mixture.mixture, options.triangulate, search.quiet).mesh;
+    made = triangulate(mixture.mixture, options.triangulate, search.quiet);
   } catch (const NoSurfaceError&) {
     return std::numeric_limits<double>::infinity();
   }
-  covmesh = fit(std::move(covmesh), rest, options.fit, search.quiet).mesh;
-  trial.vertices = covmesh.vertices.size();
+  Fit fitted = fit({std::move(made.mesh), std::move(made.connectivity)}, rest, options.fit, search.quiet);
+  trial.vertices = fitted.mesh.vertices.size();
   SubdivideOptions subdivision = options.subdivide;
   subdivision.attributes = false;
-  const Mesh mesh = subdivide(covmesh, rest, subdivision, search.quiet);
+  const Mesh mesh =
+      subdivide({std::move(fitted.mesh), std::move(fitted.connectivity)}, rest, subdivision, search.quiet);
   trial.error = held_out_error(mesh, held_out, search.quiet).bound() * unit;
   return *trial.error / rest.scene_diagonal();
 }

@@ -31,10 +31,10 @@ void describe(const PreparedCloud& cloud, ErrorReport& report) {
 }
 
 /// Without `reasons` loops keep those described before: their vertices may have moved, but are the same.
-void describe(const CovMesh& mesh, ErrorReport& report, const std::vector<LoopReason>& reasons = {}) {
+void describe(const CovMesh& mesh, const Connectivity& connectivity, ErrorReport& report,
+              const std::vector<LoopReason>& reasons = {}) {
   CovMeshReport& described = report.covmesh ? *report.covmesh : report.covmesh.emplace();
   const std::vector<BoundaryLoop> before = std::move(described.boundary_loops);
-  const Connectivity connectivity = build_connectivity(mesh.faces, mesh.vertices.size());
   described.vertices = mesh.vertices.size();
   described.faces = mesh.faces.size();
   described.topology = topology(connectivity);
@@ -46,37 +46,38 @@ void describe(const CovMesh& mesh, ErrorReport& report, const std::vector<LoopRe
       if (earlier.vertex == loop.vertex) loop.reason = earlier.reason;
 }
 
-CovMesh triangulated(const Mixture& mixture, const ReconstructOptions& options, const RunContext& context,
-                     ErrorReport& report) {
+ConnectedMesh triangulated(const Mixture& mixture, const ReconstructOptions& options, const RunContext& context,
+                           ErrorReport& report) {
   context.begin("triangulate");
   Triangulation result = triangulate(mixture, options.triangulate, context);
   report.covmesh.emplace(CovMeshReport{result});
-  describe(result.mesh, report, result.loop_reasons);
-  return std::move(result.mesh);
+  describe(result.mesh, result.connectivity, report, result.loop_reasons);
+  return {std::move(result.mesh), std::move(result.connectivity)};
 }
 
-CovMesh fitted(CovMesh mesh, const PreparedCloud& cloud, const ReconstructOptions& options, const RunContext& context,
-               ErrorReport& report) {
+ConnectedMesh fitted(ConnectedMesh mesh, const PreparedCloud& cloud, const ReconstructOptions& options,
+                     const RunContext& context, ErrorReport& report) {
   context.begin("fit");
   Fit result = fit(std::move(mesh), cloud, options.fit, context);
   report.covmesh->flipped_components += result.flipped_components;
   if (options.fit.steps > 0) {
     report.fit = result;
-    describe(result.mesh, report);
+    describe(result.mesh, result.connectivity, report);
   }
-  return std::move(result.mesh);
+  return {std::move(result.mesh), std::move(result.connectivity)};
 }
 
 /// Refinement, and what is known of the result without points (null if there are none).
-Reconstruction refined(CovMesh mesh, const PreparedCloud* cloud, const ReconstructOptions& options,
+Reconstruction refined(ConnectedMesh connected, const PreparedCloud* cloud, const ReconstructOptions& options,
                        const RunContext& context, ErrorReport report) {
   context.begin("subdivide");
+  CovMesh& mesh = connected.mesh;
   if (report.diagonal == 0) report.diagonal = bounding_box_diagonal(mesh.vertices.means) * mesh.vertices.frame.scale();
   SubdivideOptions subdivision = options.subdivide;
-  if (!subdivision.tolerance && !subdivision.levels) subdivision.levels = automatic_level(mesh);
+  if (!subdivision.tolerance && !subdivision.levels) subdivision.levels = automatic_level(connected);
   Reconstruction result;
-  result.mesh =
-      cloud != nullptr ? subdivide(mesh, *cloud, subdivision, context) : subdivide(mesh, subdivision, context);
+  result.mesh = cloud != nullptr ? subdivide(connected, *cloud, subdivision, context)
+                                 : subdivide(connected, subdivision, context);
   report.mesh = MeshReport{measure_mesh(result.mesh, context, options.self_intersections)};
   report.mesh->level = subdivision.levels;
   if (options.self_intersections)
@@ -146,7 +147,7 @@ Reconstruction reconstruct(const PointCloud& world, const ReconstructOptions& gi
   static_cast<KernelStatistics&>(scale) = std::move(mixture.kernel);
   scale.choice += choice.words;
   report.mixture = std::move(mixture.statistics);
-  CovMesh mesh = triangulated(mixture.mixture, options, context, report);
+  ConnectedMesh mesh = triangulated(mixture.mixture, options, context, report);
   mesh = fitted(std::move(mesh), cloud, options, context, report);
   Reconstruction result = refined(std::move(mesh), &cloud, options, context, std::move(report));
   context.begin("report");
@@ -164,7 +165,7 @@ Reconstruction reconstruct(const Mixture& mixture, const ReconstructOptions& opt
   refuse_options_of_points(options);
   const Recorded run(caller);
   ErrorReport report;
-  CovMesh mesh = triangulated(mixture, options, run.context, report);
+  ConnectedMesh mesh = triangulated(mixture, options, run.context, report);
   Reconstruction result = refined(std::move(mesh), nullptr, options, run.context, std::move(report));
   note_run(result.report, run.context);
   return result;
@@ -175,8 +176,9 @@ Reconstruction reconstruct(const CovMesh& mesh, const ReconstructOptions& option
   refuse_options_of_points(options);
   const Recorded run(caller);
   ErrorReport report;
-  describe(mesh, report);
-  Reconstruction result = refined(mesh, nullptr, options, run.context, std::move(report));
+  ConnectedMesh connected(mesh);
+  describe(connected.mesh, connected.connectivity, report);
+  Reconstruction result = refined(std::move(connected), nullptr, options, run.context, std::move(report));
   note_run(result.report, run.context);
   return result;
 }

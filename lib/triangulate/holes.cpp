@@ -25,9 +25,8 @@ struct Loop {
 
 /// The loops of a mesh, shortest first. A loop has the surface on its left, so seen from the side of the normals it
 /// runs clockwise around a gap and counter-clockwise around a sheet.
-std::vector<Loop> find_loops(const CovMesh& mesh) {
+std::vector<Loop> find_loops(const CovMesh& mesh, const Connectivity& he) {
   const std::vector<Vec3>& at = mesh.vertices.means;
-  const Connectivity he = build_connectivity(mesh.faces, at.size());
   std::vector<Vec3> outward(at.size(), Vec3::Zero());  // per start of a boundary half-edge: the normal of its face
   for (Index h = 0; h < he.half_edge_count(); ++h) {
     if (he.opposite[h] != no_index) continue;
@@ -170,11 +169,11 @@ void append_vertices(Mixture& vertices, std::vector<Index>& component_of_vertex,
 
 }  // namespace
 
-Mending mend(CovMesh& mesh, std::vector<Index>& component_of_vertex, const Mixture& mixture,
-             const TriangulateOptions& options, const RunContext& context) {
+Mending mend(CovMesh& mesh, const Connectivity& connectivity, std::vector<Index>& component_of_vertex,
+             const Mixture& mixture, const TriangulateOptions& options, const RunContext& context) {
   Mending result;
   result.reason.assign(mesh.vertices.size(), LoopReason::kept);
-  const std::vector<Loop> loops = find_loops(mesh);
+  const std::vector<Loop> loops = find_loops(mesh, connectivity);
   const double longest = options.holes.longest.resolve({.diagonal = bounding_box_diagonal(mesh.vertices.means),
                                                         .spacing = mixture.spacing,
                                                         .scene_to_local = 1 / mixture.frame.scale()},

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <gpsrecon/core/mesh.h>
+#include <gpsrecon/core/connectivity.h>
 #include <gpsrecon/triangulate/triangulate.h>
 #include <vector>
 
@@ -21,8 +21,8 @@ struct Mending {
 /// wide against the edges there as those of the rim are, and as thick as these, so that the smooth surface runs on; of
 /// a weight that stands for no point. `component_of_vertex` is no_index for them. `mixture` holds the Gaussians that
 /// may support a patch, used or left over. A patch that would cut the surface, or double an edge, is not made. The mesh
-/// stays manifold and oriented; vertices may be left without faces.
-Mending mend(CovMesh& mesh, std::vector<Index>& component_of_vertex, const Mixture& mixture,
-             const TriangulateOptions& options, const RunContext& context = {});
+/// stays manifold and oriented; vertices may be left without faces. `connectivity` is that of the mesh as it comes.
+Mending mend(CovMesh& mesh, const Connectivity& connectivity, std::vector<Index>& component_of_vertex,
+             const Mixture& mixture, const TriangulateOptions& options, const RunContext& context = {});
 
 }  // namespace gpsrecon

@@ -5,8 +5,9 @@
 
 namespace gpsrecon {
 
-std::size_t split_vertices(Mixture& vertices, std::vector<Index>& component_of_vertex, FaceList& faces) {
-  const Connectivity he = build_connectivity(faces, vertices.size());
+std::size_t split_vertices(Mixture& vertices, std::vector<Index>& component_of_vertex, FaceList& faces,
+                           Connectivity& connectivity) {
+  const Connectivity& he = connectivity;
   const std::vector<Index> fan_count = vertex_fans(he);
   std::size_t copies = 0;
   // Per vertex with several fans: the corners of each fan.
@@ -53,6 +54,7 @@ std::size_t split_vertices(Mixture& vertices, std::vector<Index>& component_of_v
       for (const Index h : fans[f]) faces.corners[h] = copy;
     }
   }
+  if (copies > 0) connectivity = over_vertices(std::move(connectivity), faces.corners, vertices.size());
   return copies;
 }
 
@@ -85,8 +87,9 @@ std::vector<char> bubbles(const OverlapGraph& graph, const Connectivity& he, con
 
 }  // namespace
 
-Specks drop_specks(const Mixture& vertices, const OverlapGraph& graph, FaceList& faces, double min_share) {
-  const Connectivity he = build_connectivity(faces, vertices.size());
+Specks drop_specks(const Mixture& vertices, const OverlapGraph& graph, FaceList& faces, Connectivity& connectivity,
+                   double min_share) {
+  const Connectivity& he = connectivity;
   const Components components = face_components(he);
   // A vertex where components touch counts for each of them, once.
   std::vector<std::pair<Index, Index>> members;  // component, vertex
@@ -109,6 +112,7 @@ Specks drop_specks(const Mixture& vertices, const OverlapGraph& graph, FaceList&
     drop[c] = 1;
     ++specks.count;
   }
+  if (specks.count == 0) return specks;
   FaceList kept;
   kept.reserve(faces.size(), faces.corners.size());
   for (std::size_t f = 0; f < faces.size(); ++f)
@@ -122,6 +126,7 @@ Specks drop_specks(const Mixture& vertices, const OverlapGraph& graph, FaceList&
     specks.weight += vertices.weights[v];
   }
   faces = std::move(kept);
+  connectivity = build_connectivity(faces, vertices.size());
   return specks;
 }
 

@@ -133,16 +133,18 @@ Triangulation triangulate(const Mixture& mixture, const TriangulateOptions& opti
       ++result.leftover_components;
       result.leftover_weight += mixture.weights[v];
     }
-  const Specks specks = drop_specks(mixture, graph, mesh.faces, options.min_component_share);
+  Connectivity connectivity = build_connectivity(mesh.faces, mixture.size());
+  const Specks specks = drop_specks(mixture, graph, mesh.faces, connectivity, options.min_component_share);
   result.dropped_specks = specks.count;
   result.dropped_speck_weight = specks.weight;
 
   mesh.vertices = mixture;
   result.component_of_vertex.resize(mixture.size());
   for (Index v = 0; v < mixture.size(); ++v) result.component_of_vertex[v] = v;
-  result.split_vertices = split_vertices(mesh.vertices, result.component_of_vertex, mesh.faces);
+  result.split_vertices = split_vertices(mesh.vertices, result.component_of_vertex, mesh.faces, connectivity);
   compact(mesh.vertices, result.component_of_vertex, mesh.faces);
-  const Mending mending = mend(mesh, result.component_of_vertex, mixture, options, context);
+  connectivity = over_vertices(std::move(connectivity), mesh.faces.corners, mesh.vertices.size());
+  const Mending mending = mend(mesh, connectivity, result.component_of_vertex, mixture, options, context);
   result.untangled = mending.untangled;
   result.removed_handles = mending.handles;
   result.filled_holes = mending.filled;
@@ -165,8 +167,9 @@ Triangulation triangulate(const Mixture& mixture, const TriangulateOptions& opti
   const std::vector<Index> kept = compact(mesh.vertices, result.component_of_vertex, mesh.faces);
   std::optional<Vec3> sensor;
   if (options.sensor) sensor = mixture.frame.to_local(*options.sensor);
-  result.flipped_components = orient(mesh.vertices, mesh.faces, sensor);
-  for (const std::vector<Index>& loop : boundary_loops(build_connectivity(mesh.faces, mesh.vertices.size())))
+  result.connectivity = build_connectivity(mesh.faces, mesh.vertices.size());
+  result.flipped_components = orient(mesh.vertices, mesh.faces, result.connectivity, sensor);
+  for (const std::vector<Index>& loop : boundary_loops(result.connectivity))
     result.loop_reasons.push_back(mending.reason[kept[loop.front()]]);
   mesh.vertices = as_stored(mesh.vertices);
   context.log(LogLevel::info, "triangulate: " + std::to_string(mesh.faces.size()) + " faces over " +

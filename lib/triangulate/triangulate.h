@@ -1,6 +1,6 @@
 #pragma once
 
-#include <gpsrecon/core/mesh.h>
+#include <gpsrecon/core/connectivity.h>
 #include <gpsrecon/core/mixture.h>
 #include <gpsrecon/core/options.h>
 #include <gpsrecon/core/run_context.h>
@@ -135,6 +135,7 @@ struct TriangulationStatistics {
 /// A covariance mesh and how it came about.
 struct Triangulation : TriangulationStatistics {
   CovMesh mesh = {};
+  Connectivity connectivity = {};               ///< of the mesh
   std::vector<Index> component_of_vertex = {};  ///< per mesh vertex: the component of the input mixture it came from,
                                                 ///< or no_index if it was made to fill a hole
   std::vector<LoopReason> loop_reasons = {};    ///< of the loops that boundary_loops() finds in the mesh, in its order

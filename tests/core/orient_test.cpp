@@ -8,6 +8,22 @@
 namespace gpsrecon {
 namespace {
 
+// With the connectivity of the faces, which is to stay that.
+std::size_t orient(const Mixture& vertices, FaceList& faces, const std::optional<Vec3>& sensor) {
+  Connectivity connectivity = build_connectivity(faces, vertices.size());
+  const std::size_t turned = gpsrecon::orient(vertices, faces, connectivity, sensor);
+  EXPECT_EQ(connectivity.corners, faces.corners);
+  return turned;
+}
+
+std::size_t orient_by_vote(const Mixture& vertices, FaceList& faces, const PointCloud& cloud,
+                           std::span<const Vec3> directions) {
+  Connectivity connectivity = build_connectivity(faces, vertices.size());
+  const std::size_t turned = gpsrecon::orient_by_vote(vertices, faces, connectivity, cloud, directions);
+  EXPECT_EQ(connectivity.corners, faces.corners);
+  return turned;
+}
+
 using test::Random;
 
 TEST(Orient, TurnsOutwardAndTowardsTheSensor) {

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "fit/surfaces.h"
+#include "support/connectivity.h"
 #include "triangulate/mesh_checks.h"
 
 namespace gpsrecon {
@@ -121,6 +122,16 @@ TEST(Fit, ReturnsTheMeshForZeroStepsAndForNoPointsAndNoFaces) {
   EXPECT_EQ(fit(no_faces, sphere_cloud(500)).mesh.vertices.means, mesh.vertices.means);
   EXPECT_TRUE(fit(CovMesh{}, PointCloud{}).mesh.vertices.empty());
   EXPECT_TRUE(fit(CovMesh{}, sphere_cloud(500)).mesh.vertices.empty());
+}
+
+/// Refined, not refined, and with refinements that noise undoes.
+TEST(Fit, HandsOnTheConnectivityOfItsMesh) {
+  const CovMesh mesh = sphere_mesh(1, 0.97);
+  for (const double noise : {0.0, 0.002, 0.05})
+    for (const int steps : {0, 4}) {
+      const Fit fitted = fit(mesh, sphere_cloud(4000, noise), {.steps = steps});
+      test::expect_connectivity(fitted.connectivity, fitted.mesh.faces, fitted.mesh.vertices.size());
+    }
 }
 
 TEST(Fit, MovesNothingButTheMeansWithoutRefinements) {

@@ -97,8 +97,8 @@ std::vector<Case> cases() {
 class Adaptive : public testing::TestWithParam<Case> {};
 
 TEST_P(Adaptive, StaysWithinTheToleranceAndFitsTogether) {
-  const CovMesh& control = GetParam().mesh;
-  const SurfaceEvaluator surface(with_rules(control, {.scheme = GetParam().scheme}));
+  const CovMesh control = with_rules(GetParam().mesh, {.scheme = GetParam().scheme});
+  const SurfaceEvaluator surface(control);
   const std::vector<Vec3> dense = dense_samples(surface, GetParam().scheme == Scheme::loop, 40);
   const Topology before = topology(control.faces, control.vertices.size());
   const double diagonal = bounding_box_diagonal(control.vertices.means);
@@ -127,11 +127,11 @@ TEST_P(Adaptive, StaysWithinTheToleranceAndFitsTogether) {
 }
 
 TEST_P(Adaptive, DoesNotDependOnThreads) {
-  const CovMesh& control = GetParam().mesh;
+  const CovMesh control = with_rules(GetParam().mesh, {.scheme = GetParam().scheme});
   RunContext one, four;
   one.threads = 1;
   four.threads = 4;
-  const SurfaceEvaluator surface(with_rules(control, {.scheme = GetParam().scheme}));
+  const SurfaceEvaluator surface(control);
   const Tessellation a = tessellate(surface, control, 1e-3, 11, one), b = tessellate(surface, control, 1e-3, 11, four);
   EXPECT_EQ(a.faces, b.faces);
   EXPECT_EQ(a.positions, b.positions);

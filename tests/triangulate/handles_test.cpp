@@ -125,7 +125,8 @@ Mended mend_handles(const CovMesh& mesh, int max_edges) {
   std::iota(component.begin(), component.end(), Index{0});
   TriangulateOptions options;
   options.max_handle_edges = max_edges;
-  result.mending = mend(result.mesh, component, mesh.vertices, options);
+  result.mending = mend(result.mesh, build_connectivity(result.mesh.faces, result.mesh.vertices.size()), component,
+                        mesh.vertices, options);
   return result;
 }
 

@@ -48,6 +48,12 @@ std::vector<double> loop_lengths(const CovMesh& mesh) {
   return lengths;
 }
 
+Mending mend(CovMesh& mesh, std::vector<Index>& component_of_vertex, const Mixture& mixture,
+             const TriangulateOptions& options) {
+  const Connectivity connectivity = build_connectivity(mesh.faces, mesh.vertices.size());
+  return gpsrecon::mend(mesh, connectivity, component_of_vertex, mixture, options);
+}
+
 Topology topology(const CovMesh& mesh) {
   return topology(mesh.faces, mesh.vertices.size());
 }

@@ -2,6 +2,7 @@
 
 #include <gpsrecon/triangulate/growing_surface.h>
 #include <gpsrecon/triangulate/pieces.h>
+#include <support/connectivity.h>
 #include <triangulate/mesh_checks.h>
 #include <array>
 #include <cmath>
@@ -12,9 +13,25 @@ namespace gpsrecon {
 namespace {
 
 using test::canonical;
+using test::expect_connectivity;
 
 double sum(const std::vector<double>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0);
+}
+
+// With the connectivity of the faces, which is to stay that.
+std::size_t split_vertices(Mixture& vertices, std::vector<Index>& component_of_vertex, FaceList& faces) {
+  Connectivity connectivity = build_connectivity(faces, vertices.size());
+  const std::size_t copies = gpsrecon::split_vertices(vertices, component_of_vertex, faces, connectivity);
+  expect_connectivity(connectivity, faces, vertices.size());
+  return copies;
+}
+
+Specks drop_specks(const Mixture& vertices, const OverlapGraph& graph, FaceList& faces, double min_share) {
+  Connectivity connectivity = build_connectivity(faces, vertices.size());
+  const Specks specks = gpsrecon::drop_specks(vertices, graph, faces, connectivity, min_share);
+  expect_connectivity(connectivity, faces, vertices.size());
+  return specks;
 }
 
 TEST(Pieces, SplitsABowTie) {

@@ -4,6 +4,7 @@
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/hem/hem.h>
 #include <gpsrecon/triangulate/triangulate.h>
+#include <support/connectivity.h>
 #include <support/shapes.h>
 #include <triangulate/mesh_checks.h>
 
@@ -29,6 +30,7 @@ Topology topology(const CovMesh& mesh) {
 void expect_sound(const Mixture& mixture, const Triangulation& result) {
   const CovMesh& mesh = result.mesh;
   ASSERT_NO_THROW(validate(mesh));
+  test::expect_connectivity(result.connectivity, mesh.faces, mesh.vertices.size());
   const Topology t = topology(mesh);
   EXPECT_EQ(t.unused_vertices, 0U);
   EXPECT_TRUE(topology(test::welded(mesh.faces, mesh.vertices.means), mesh.vertices.size()).manifold());
