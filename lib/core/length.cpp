@@ -43,6 +43,7 @@ void append_percent(double share, std::string& text) {
     if (c >= '0' && c <= '9') digits += c;
   }
   const int count = static_cast<int>(digits.size());
+  const int point = exponent + 1;  // digits before the decimal point
   if (exponent < -4 || exponent > 15) {
     if (count > 1) digits.insert(1, 1, '.');
     text += digits;
@@ -53,8 +54,8 @@ void append_percent(double share, std::string& text) {
     text.append(static_cast<std::size_t>(-exponent - 1), '0');
     text += digits;
   } else {
-    digits.resize(static_cast<std::size_t>(std::max(count, exponent + 1)), '0');
-    if (count > exponent + 1) digits.insert(static_cast<std::size_t>(exponent + 1), 1, '.');
+    digits.resize(static_cast<std::size_t>(std::max(count, point)), '0');
+    if (count > point) digits.insert(static_cast<std::size_t>(point), 1, '.');
     text += digits;
   }
 }

@@ -1,6 +1,7 @@
 #include <gpsrecon/core/mixture.h>
 
 #include <gpsrecon/core/error.h>
+#include <utility>
 
 namespace gpsrecon {
 namespace {
@@ -67,8 +68,8 @@ Index append_copy(Mixture& mixture, Index s) {
   const auto copy = static_cast<Index>(mixture.size());
   for_each_attribute(mixture, mixture, [s](const auto& from, auto& to) {
     if (from.empty()) return;
-    const auto value = from[s];  // push_back may move what it refers to
-    to.push_back(value);
+    auto value = from[s];  // push_back may move what it refers to
+    to.push_back(std::move(value));
   });
   return copy;
 }

@@ -33,7 +33,7 @@ struct InferOptions {
                           "features, or of its neighbours"),
         field<&O::bias>("bias", "[1e-9, 1000]",
                         "variance added in all directions, in multiples of the largest of the face (or "
-                        "neighbourhood), which keeps flat places invertible: the larger, the smoother")
+                        "neighbourhood), which keeps flat neighbourhoods invertible: the larger, the smoother")
             .or_else("0.05"),
         field<&O::sigma0>("sigma0", "> 0",
                           "standard deviation added in all directions, instead of --bias, but never less than a bias "

@@ -29,7 +29,7 @@ struct SubdivideOptions {
         field<&O::tolerance>(
             "tolerance", "> 0",
             "instead of levels: split faces until the mesh is nowhere farther than LENGTH from the limit "
-            "surface, so that flat places stay coarse; faces become triangles"),
+            "surface, so that flat regions stay coarse; faces become triangles"),
         field<&O::limit>("limit", "", "push the vertices to their limit positions").only_in_library(),
         field<&O::curvature>(
             "curvature", "",

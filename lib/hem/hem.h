@@ -70,7 +70,7 @@ struct HemOptions {
         field<&O::max_levels>("hem-levels", ">= 0",
                               "largest number of reduction levels; 0 = until a level hardly reduces"),
         field<&O::flat_levels>("flat-levels", ">= 0",
-                               "levels after those, at most, that merge only within flat places, as far as a tenth of "
+                               "levels after those, at most, that merge only within flat regions, as far as a tenth of "
                                "the smallest variance of the parent: fewer vertices where nothing is lost by it"),
         field<&O::flat_alpha>("flat-alpha", "(0, 10]", "--alpha of those levels"),
         field<&O::target_components>("target", ">= 0",

@@ -68,7 +68,7 @@ std::map<std::string, std::string> options_of(const std::string& help) {
   std::map<std::string, std::string> options;
   std::string current;
   for (const std::string& line : lines_of(help)) {
-    if (line.starts_with("  --")) current = line.substr(2, line.find_first_of(" ", 2) - 2);
+    if (line.starts_with("  --")) current = line.substr(2, line.find(' ', 2) - 2);
     if (line.empty()) current.clear();
     if (!current.empty()) options[current] += line + " ";
   }
