@@ -22,7 +22,7 @@ cp datasets/*.md datasets/manifest.json "$out/pages/datasets"
 cp -r docs "$out/pages"
 
 # The headers that are installed.
-version=$(sed -n 's/^project(gpsrecon VERSION \([0-9.]*\).*/\1/p' CMakeLists.txt)
+version=$(sed -n 's/.* version = "\([0-9.]*\)".*/\1/p' lib/core/version.h)
 headers=$(sed -n '/^set(GPSRECON_PUBLIC_HEADERS/,/)/s/^  \([a-z_/]*\.h\))\{0,1\}$/lib\/\1/p' cmake/install.cmake)
 [ -n "$headers" ] || { echo "docs.sh: cmake/install.cmake lists no headers" >&2; exit 1; }
 {

@@ -15,7 +15,7 @@ constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 /// Labels with their weights. More labels than this do not meet at a sample; the lightest would be forgotten.
 class Votes {
  public:
-  static Votes Zero() { return {}; }
+  static Votes Zero() { return {}; }  // NOLINT(readability-identifier-naming): as Eigen names it
   static Votes of(double label, double weight) {
     Votes votes;
     votes.add(label, weight);

@@ -28,12 +28,6 @@ constexpr Polynomial operator*(const Polynomial& a, const Polynomial& b) {
   return p;
 }
 
-constexpr Polynomial operator*(double x, Polynomial a) {
-  for (auto& row : a.c)
-    for (double& value : row) value *= x;
-  return a;
-}
-
 /// x u^i v^j w^k with i + j + k = 4.
 constexpr Polynomial term(double x, const Polynomial& u, int i, const Polynomial& v, int j, const Polynomial& w,
                           int k) {
