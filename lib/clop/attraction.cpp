@@ -1,3 +1,5 @@
+// The attraction of continuous LOP: Preiner et al. 2014, section 6, Eq. 14 and 18-21; of WLOP: Huang et al. 2009.
+
 #include <gpsrecon/clop/attraction.h>
 #include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/parallel.h>

@@ -1,3 +1,6 @@
+// Principal axes (Hoppe et al. 1992), the spherical median by the iteration of Weiszfeld 1937, and its continuous
+// form (CSW, Preiner et al. 2014, section 9, Eq. 31-34).
+
 #include <gpsrecon/clop/normals.h>
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/neighbors.h>

@@ -1,3 +1,5 @@
+// Propagation along a minimum spanning forest: Hoppe et al. 1992, by the algorithm of Kruskal 1956.
+
 #include <gpsrecon/clop/orientation.h>
 #include <gpsrecon/core/disjoint_sets.h>
 #include <gpsrecon/core/error.h>

@@ -1,3 +1,5 @@
+// Projection: Preiner et al. 2014, Eq. 2-6 and sections 6-8; Lipman et al. 2007 (LOP), Huang et al. 2009 (WLOP).
+
 #include <gpsrecon/clop/project.h>
 
 #include <gpsrecon/clop/attraction.h>

@@ -1,3 +1,5 @@
+// Preiner et al. 2014, Eq. 5-6.
+
 #include <gpsrecon/clop/repulsion.h>
 
 #include <gpsrecon/clop/kernel.h>

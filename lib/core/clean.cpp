@@ -1,3 +1,5 @@
+// Order along a Morton curve: Morton 1966, "A computer oriented geodetic data base".
+
 #include <gpsrecon/core/clean.h>
 
 #include <gpsrecon/core/bounding_box.h>

@@ -1,3 +1,6 @@
+// Absorption along rays: Max 1995, "Optical models for direct volume rendering", absorption only, averaged over
+// directions.
+
 #include <gpsrecon/core/exposure.h>
 #include <gpsrecon/core/neighbors.h>
 #include <gpsrecon/core/parallel.h>

@@ -1,3 +1,5 @@
+// Preiner et al. 2019, Eq. 2 (density), 3 and 5 (product), 19 (Bhattacharyya coefficient).
+
 #include <gpsrecon/core/gaussian.h>
 
 #include <numbers>

@@ -1,3 +1,5 @@
+// A kd-tree (Friedman, Bentley & Finkel 1977), that of FLANN (Muja & Lowe 2009), exact.
+
 #include <gpsrecon/core/neighbors.h>
 
 #include <flann/algorithms/dist.h>

@@ -1,3 +1,6 @@
+// Orientation of pieces relative to each other by solid angles: Van Oosterom & Strackee 1983, the winding number of
+// Jacobson et al. 2013.
+
 #include <gpsrecon/core/orient.h>
 
 #include <gpsrecon/core/face_geometry.h>

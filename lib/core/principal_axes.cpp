@@ -1,3 +1,5 @@
+// Principal component analysis of a neighbourhood: Hoppe et al. 1992.
+
 #include <gpsrecon/core/principal_axes.h>
 
 #include <algorithm>

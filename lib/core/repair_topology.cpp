@@ -1,3 +1,5 @@
+// Cutting and stitching to a manifold: Guéziec et al. 2001, each vertex split by its fans.
+
 #include <gpsrecon/core/repair_topology.h>
 
 #include <gpsrecon/core/disjoint_sets.h>

@@ -1,3 +1,6 @@
+// Noise from the smallest principal deviation (Hoppe et al. 1992); two sheets told apart by Otsu's threshold (Otsu
+// 1979).
+
 #include <gpsrecon/core/scale.h>
 
 #include <gpsrecon/core/neighbors.h>

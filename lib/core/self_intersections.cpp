@@ -1,3 +1,5 @@
+// Box intersection by streamed segment trees: Zomorodian & Edelsbrunner 2002 (CGAL), then exact predicates.
+
 #include <gpsrecon/core/self_intersections.h>
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>

@@ -1,3 +1,5 @@
+// Largest eigenvalue in closed form: Smith 1961, "Eigenvalues of a symmetric 3 × 3 matrix".
+
 #include <gpsrecon/core/sym3.h>
 
 #include <Eigen/Eigenvalues>

@@ -1,3 +1,5 @@
+// Iterated closest points on a subdivision surface, as Hoppe et al. 1994, with moves along the normals only.
+
 #include <gpsrecon/fit/fit.h>
 
 #include <gpsrecon/core/error.h>

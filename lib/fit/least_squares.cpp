@@ -1,3 +1,5 @@
+// Normal equations by conjugate gradients: Hestenes & Stiefel 1952.
+
 #include <gpsrecon/fit/least_squares.h>
 
 #include <gpsrecon/core/parallel.h>

@@ -1,3 +1,5 @@
+// Longest-edge bisection: Rivara 1984. New vertices: the product of Gaussians by the edge rule of Loop 1987.
+
 #include <gpsrecon/fit/refine.h>
 
 #include <gpsrecon/core/parallel.h>

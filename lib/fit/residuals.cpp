@@ -1,3 +1,5 @@
+// Iteratively reweighted least squares with Tukey's biweight: Holland & Welsch 1977.
+
 #include <gpsrecon/fit/residuals.h>
 
 #include <gpsrecon/core/neighbors.h>

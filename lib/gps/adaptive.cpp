@@ -1,3 +1,5 @@
+// Longest-edge bisection: Rivara 1984; distances from triangles: Ericson 2005, section 5.1.5.
+
 #include <gpsrecon/gps/adaptive.h>
 
 #include <gpsrecon/core/connectivity.h>

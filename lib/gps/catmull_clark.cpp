@@ -1,3 +1,5 @@
+// Catmull & Clark 1978; boundary rules: the cubic B-spline (DeRose et al. 1998).
+
 #include <gpsrecon/gps/catmull_clark.h>
 
 #include <gpsrecon/core/parallel.h>

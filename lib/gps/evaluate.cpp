@@ -1,3 +1,6 @@
+// Tangents and second derivatives: Preiner et al. 2019, appendix B (the last line for μ_uu); limit evaluation after
+// Stam 1998 and 1999.
+
 #include <gpsrecon/gps/evaluate.h>
 
 #include <gpsrecon/core/bounding_box.h>
@@ -8,8 +11,6 @@
 #include <gpsrecon/gps/evaluate_data.h>
 #include <Eigen/Geometry>
 #include <cmath>
-
-// Preiner et al. 2019, appendix B.
 
 namespace gpsrecon {
 namespace {

@@ -1,3 +1,5 @@
+// Preiner et al. 2019, section 6.1, Eq. 15 (vertex-based), 16 and 17 (face-based).
+
 #include <gpsrecon/gps/infer.h>
 
 #include <gpsrecon/core/connectivity.h>

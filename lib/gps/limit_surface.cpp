@@ -1,3 +1,5 @@
+// The product of Gaussians as linear subdivision of dual points: Preiner et al. 2019, section 4, Eq. 11-13.
+
 #include <gpsrecon/gps/limit_surface.h>
 
 #include <gpsrecon/core/error.h>

@@ -1,3 +1,5 @@
+// Loop 1987; Warren's weights: Warren & Weimer 2002; boundary rules: Hoppe et al. 1994.
+
 #include <gpsrecon/gps/loop.h>
 
 #include <gpsrecon/gps/boundary_masks.h>

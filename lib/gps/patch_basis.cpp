@@ -1,6 +1,6 @@
-#include <gpsrecon/gps/patch_basis.h>
-
 // Stam 1999, "Evaluation of Loop Subdivision Surfaces", appendix: the twelve functions are three up to symmetry.
+
+#include <gpsrecon/gps/patch_basis.h>
 
 namespace gpsrecon {
 namespace {

@@ -1,3 +1,6 @@
+// Exact evaluation near irregular vertices: Stam 1998 (Catmull-Clark) and 1999 (Loop), by refinement in place of
+// powers.
+
 #include <gpsrecon/gps/patch_table.h>
 
 #include <gpsrecon/core/error.h>
@@ -7,9 +10,6 @@
 #include <iterator>
 #include <map>
 #include <string>
-
-// Stam 1998, "Exact Evaluation of Catmull-Clark Subdivision Surfaces at Arbitrary Parameter Values"; Stam 1999,
-// "Evaluation of Loop Subdivision Surfaces".
 
 namespace gpsrecon {
 namespace {

@@ -1,3 +1,5 @@
+// Loop 1987 (one triangle to four); Catmull & Clark 1978 (a quadrilateral per corner).
+
 #include <gpsrecon/gps/refined_connectivity.h>
 
 #include <gpsrecon/core/error.h>

@@ -1,3 +1,5 @@
+// Preiner et al. 2019, section 4, Eq. 11-13.
+
 #include <gpsrecon/gps/subdivide.h>
 
 #include <gpsrecon/core/attributes.h>

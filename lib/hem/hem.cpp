@@ -1,3 +1,6 @@
+// Hierarchical expectation maximisation: Preiner et al. 2014, section 5 and Algorithm 1; Preiner et al. 2019,
+// appendix A. Wrapped normals: Preiner et al. 2014, section 9.2.
+
 #include <gpsrecon/hem/hem.h>
 
 #include <gpsrecon/core/gaussian.h>

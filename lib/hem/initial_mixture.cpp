@@ -1,3 +1,5 @@
+// Preiner et al. 2014, section 5.3, Eq. 12 (squared here, as it scales a covariance) and 25-26 (balanced weights).
+
 #include <gpsrecon/hem/initial_mixture.h>
 
 #include <gpsrecon/core/neighbors.h>

@@ -1,3 +1,5 @@
+// Log-likelihood of points under a mixture: the density of Preiner et al. 2014, Eq. 7.
+
 #include <gpsrecon/hem/likelihood.h>
 
 #include <gpsrecon/core/component_search.h>

@@ -1,3 +1,5 @@
+// Iterated closest points: Besl & McKay 1992 (to points), Chen & Medioni 1992 (to planes).
+
 #include <gpsrecon/measure/align.h>
 
 #include <gpsrecon/core/error.h>

@@ -1,3 +1,6 @@
+// Distances of samples of one surface from the other, both ways: Cignoni et al. 1998; F-score: Knapitsch et al.
+// 2017.
+
 #include <gpsrecon/measure/compare.h>
 
 #include <gpsrecon/core/bounding_box.h>

@@ -1,3 +1,5 @@
+// Volume by the divergence theorem, genus by the Euler characteristic.
+
 #include <gpsrecon/measure/mesh_measures.h>
 
 #include <gpsrecon/core/face_geometry.h>

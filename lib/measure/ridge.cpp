@@ -1,3 +1,5 @@
+// Ridges of a density: Ozertem & Erdogmus 2011, of Preiner et al. 2019, section 2.1.
+
 #include "ridge.h"
 
 #include <gpsrecon/core/component_search.h>

@@ -1,3 +1,5 @@
+// Rasterisation by edge functions with a depth buffer: Pineda 1988.
+
 #include <gpsrecon/report/picture.h>
 
 #include <gpsrecon/core/bounding_box.h>

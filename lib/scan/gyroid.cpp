@@ -1,3 +1,5 @@
+// The gyroid: Schoen 1970; a net of its samples: surface nets, Gibson 1998.
+
 #include "gyroid.h"
 
 #include <gpsrecon/core/bounding_box.h>

@@ -1,3 +1,5 @@
+// Normal deviates: Box & Muller 1958.
+
 #include "virtual_scan.h"
 
 #include <gpsrecon/core/parallel.h>

@@ -1,3 +1,5 @@
+// Edge flips by the plausibility of Preiner et al. 2019, Eq. 20-22, as Lawson 1977 flips by angles.
+
 #include <gpsrecon/triangulate/flips.h>
 #include <algorithm>
 #include <cmath>

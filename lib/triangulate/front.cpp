@@ -1,3 +1,7 @@
+// Greedy triangulation of Preiner et al. 2019, section 6.2, after Cohen-Steiner and Da 2004. What the paper leaves open
+// and is settled here: triangles may not overlap others around their vertices; a triangle that would only
+// touch a front in a vertex comes together with the neighbour that joins the two fans there.
+
 #include <gpsrecon/triangulate/front.h>
 
 #include <gpsrecon/core/parallel.h>
@@ -6,10 +10,6 @@
 #include <limits>
 #include <numbers>
 #include <queue>
-
-// Greedy triangulation of Preiner et al. 2019, section 6.2, after Cohen-Steiner and Da 2004. What the paper leaves open
-// and is settled here: triangles may not overlap others around their vertices; a triangle that would only
-// touch a front in a vertex comes together with the neighbour that joins the two fans there.
 
 namespace gpsrecon {
 namespace {

@@ -1,3 +1,6 @@
+// Short loops that do not bound: the greedy homotopy basis of Erickson & Whittlesey 2005, with a tree and cotree
+// (Eppstein 2003).
+
 #include <gpsrecon/triangulate/handles.h>
 
 #include <gpsrecon/core/connectivity.h>

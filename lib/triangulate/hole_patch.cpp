@@ -1,3 +1,5 @@
+// Hole filling: Liepa 2003 (minimal triangulation, refinement, fairing), by CGAL.
+
 #include <gpsrecon/triangulate/hole_patch.h>
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>

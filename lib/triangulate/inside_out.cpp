@@ -1,3 +1,5 @@
+// Signs along a maximum spanning forest: Hoppe et al. 1992.
+
 #include <gpsrecon/triangulate/inside_out.h>
 
 #include <gpsrecon/core/disjoint_sets.h>

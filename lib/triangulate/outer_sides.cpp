@@ -1,3 +1,5 @@
+// Signs along a maximum spanning forest (Hoppe et al. 1992, Kruskal 1956), decided by exposure to light.
+
 #include <gpsrecon/triangulate/outer_sides.h>
 
 #include <gpsrecon/core/disjoint_sets.h>

@@ -1,3 +1,5 @@
+// Preiner et al. 2019, Eq. 18-19.
+
 #include <gpsrecon/triangulate/overlap_graph.h>
 
 #include <gpsrecon/core/neighbors.h>

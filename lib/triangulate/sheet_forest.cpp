@@ -1,3 +1,5 @@
+// Maximum spanning forest: Kruskal 1956; signs along it: Hoppe et al. 1992.
+
 #include <gpsrecon/triangulate/sheet_forest.h>
 #include <algorithm>
 #include <cmath>

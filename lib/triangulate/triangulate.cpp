@@ -1,3 +1,5 @@
+// Preiner et al. 2019, section 6.2. What the greedy front leaves open is closed by the steps after it.
+
 #include <gpsrecon/triangulate/triangulate.h>
 
 #include <gpsrecon/core/error.h>
