@@ -185,12 +185,10 @@ OptionState state_of(const T& value) {
     return value ? state_of(*value) : OptionState{.is_given = false};
   } else {
     OptionState state{.text = OptionType<T>::text(value)};
-    if constexpr (std::is_same_v<T, bool>)
+    if constexpr (std::is_same_v<T, bool> || std::is_same_v<T, double>)
       state.value = value;
     else if constexpr (std::is_integral_v<T>)
       state.value = static_cast<std::int64_t>(value);
-    else if constexpr (std::is_same_v<T, double>)
-      state.value = value;
     else
       state.value = state.text;
     if constexpr (std::is_arithmetic_v<T> && !std::is_same_v<T, bool>) state.number = static_cast<double>(value);

@@ -42,6 +42,7 @@ bool in_sparse_sheet(const std::vector<Vec3>& points, const Neighbors& index, co
   std::vector<Neighbor> near;
   index.nearest(points[i], 2 * spacing_neighbors, near);
   std::vector<double> around;
+  around.reserve(near.size());
   for (const Neighbor& n : near) around.push_back(distances[n.index]);
   if (distances[i] > 2 * median(around)) return false;
   const Vec3 variance = eigen_decomposition(local_covariance(points, points[i], near)).values;

@@ -84,6 +84,7 @@ double rms(const std::vector<Match>& matches, const std::vector<char>& used) {
 /// Places no farther than `trim` median distances.
 std::vector<char> close_enough(const std::vector<Match>& matches, double trim) {
   std::vector<double> distances;
+  distances.reserve(matches.size());
   for (const Match& m : matches) distances.push_back(m.distance);
   const double farthest = trim * median(distances);
   std::vector<char> used(matches.size());
