@@ -7,10 +7,8 @@ cd "$(dirname "$0")/.."
 [ $# -gt 0 ] || set -- io_tests core_test gps_test triangulate_test
 scripts/build.sh --preset asan -DGPSRECON_WITH_PCL=OFF "$@"
 
-# Long runs over whole scans and shapes find nothing here that the short ones do not.
-GTEST_FILTER=-
 GTEST_BRIEF=1
 OMP_WAIT_POLICY=passive
 UBSAN_OPTIONS=print_stacktrace=1
-export GTEST_FILTER GTEST_BRIEF OMP_WAIT_POLICY UBSAN_OPTIONS
+export GTEST_BRIEF OMP_WAIT_POLICY UBSAN_OPTIONS
 printf 'build/asan/bin/%s\n' "$@" | xargs -P "$(nproc)" -n 1 env
