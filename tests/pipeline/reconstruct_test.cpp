@@ -318,7 +318,6 @@ TEST(Reconstruct, IsItsStagesInTurn) {
   EXPECT_FALSE(from_mixture.report.points_to_surface.has_value());
 }
 
-// A cloud in another frame than the mesh is carried over to it.
 // What the program does for --scheme is no more than this.
 TEST(Reconstruct, FitsAndRefinesTheSurfaceOfItsRules) {
   const PointCloud cloud = noisy_sphere(3000, 0);
