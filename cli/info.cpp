@@ -1,8 +1,8 @@
 #include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/mesh_topology.h>
+#include <gpsrecon/core/numbers.h>
 #include <gpsrecon/io/io.h>
 #include <algorithm>
-#include <cstdio>
 #include <iostream>
 #include <nlohmann/json.hpp>
 
@@ -134,11 +134,7 @@ Json info_of(const std::string& path) {
 
 std::string text_of(const Json& value) {
   if (value.is_string()) return value.get<std::string>();
-  if (value.is_number_float()) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.9g", value.get<double>());
-    return text;
-  }
+  if (value.is_number_float()) return number(value.get<double>(), 9);
   if (!value.is_array()) return value.dump();
   std::string text;
   for (const Json& item : value) {

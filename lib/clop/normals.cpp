@@ -4,6 +4,7 @@
 #include <gpsrecon/clop/normals.h>
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/neighbors.h>
+#include <gpsrecon/core/numbers.h>
 #include <gpsrecon/core/order_statistics.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/core/principal_axes.h>
@@ -46,7 +47,7 @@ void check_finite(std::span<const Vec3> queries) {
 }
 
 void refuse_few(std::size_t n) {
-  if (n < 3) throw NoSurfaceError("no normals of " + std::to_string(n) + " point" + (n == 1 ? "" : "s"));
+  if (n < 3) throw NoSurfaceError("no normals of " + count_of(n, "point"));
 }
 
 /// Medians over a regular subset of the points: of the spacing A, from the distance to the farthest of 9 neighbours,

@@ -27,5 +27,8 @@ inline Box3 bounding_box(std::span<const Vec3> points, std::span<const Index> us
 inline double diagonal_length(const Box3& box) {
   return box.isEmpty() ? 0 : box.diagonal().norm();
 }
+inline double bounding_box_diagonal(std::span<const Vec3> points) {
+  return diagonal_length(bounding_box(points));
+}
 
 }  // namespace gpsrecon

@@ -26,6 +26,16 @@ std::string to_text(const Vec3& value) {
   return to_text(value.x()) + "," + to_text(value.y()) + "," + to_text(value.z());
 }
 
+std::string number(double value, int digits) {
+  std::array<char, 64> buffer{};
+  char* const end = buffer.data() + buffer.size();
+  return {buffer.data(), std::to_chars(buffer.data(), end, value, std::chars_format::general, digits).ptr};
+}
+
+std::string count_of(std::size_t n, const std::string& noun) {
+  return std::to_string(n) + " " + noun + (n == 1 ? "" : "s");
+}
+
 void throw_expected(const std::string& what, const std::string& text) {
   throw OptionError("expected " + what + ", got '" + text + "'");
 }

@@ -7,12 +7,16 @@
 
 namespace gpsrecon {
 
-// Numbers as options spell them, whatever the locale: decimal or scientific, with a point, nothing before or after.
+// Numbers as text, whatever the locale: decimal or scientific, with a point, nothing before or after.
 
 /// The shortest text that is read back as the same number.
 std::string to_text(double value);
 /// The same of all three, X,Y,Z.
 std::string to_text(const Vec3& value);
+/// Rounded to so many significant digits, for people.
+std::string number(double value, int digits = 4);
+/// "1 face", "2 faces".
+std::string count_of(std::size_t n, const std::string& noun);
 
 /// Throw OptionError saying what was expected instead of `text`; numbers are finite.
 double parse_double(const std::string& text);

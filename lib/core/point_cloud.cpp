@@ -1,6 +1,5 @@
 #include <gpsrecon/core/point_cloud.h>
 
-#include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/error.h>
 #include <algorithm>
 #include <cctype>
@@ -70,10 +69,6 @@ void validate(const PointCloud& cloud) {
       throw InvariantError("point cloud: position " + std::to_string(i) + " is not finite");
     if (!(cloud.weight(i) > 0)) throw InvariantError("point cloud: weight " + std::to_string(i) + " is not positive");
   }
-}
-
-double bounding_box_diagonal(const std::vector<Vec3>& positions) {
-  return diagonal_length(bounding_box(positions));
 }
 
 PointCloud select(const PointCloud& cloud, const std::vector<Index>& keep) {

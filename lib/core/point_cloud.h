@@ -57,9 +57,6 @@ struct PointCloud {
 /// `positions` and all positions are finite and all weights positive. O(n).
 void validate(const PointCloud& cloud);
 
-/// Length of the diagonal of the axis-aligned bounding box, in the units of `positions`; 0 for an empty range.
-double bounding_box_diagonal(const std::vector<Vec3>& positions);
-
 /// The points `keep` (indices into the cloud, in the wanted order) with all their attributes.
 PointCloud select(const PointCloud& cloud, const std::vector<Index>& keep);
 

@@ -1,7 +1,9 @@
 #include <gpsrecon/core/prepared_cloud.h>
 
+#include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/clean.h>
 #include <gpsrecon/core/error.h>
+#include <gpsrecon/core/numbers.h>
 #include <gpsrecon/core/principal_axes.h>
 
 namespace gpsrecon {
@@ -9,7 +11,7 @@ namespace {
 
 void refuse_degenerate(const PointCloud& cloud) {
   const std::size_t n = cloud.size();
-  if (n < 3) throw NoSurfaceError("no surface through " + std::to_string(n) + " distinct point" + (n == 1 ? "" : "s"));
+  if (n < 3) throw NoSurfaceError("no surface through " + count_of(n, "distinct point"));
   if (on_a_line(cloud.positions)) throw NoSurfaceError("all points lie on a line: no surface");
 }
 

@@ -4,6 +4,7 @@
 #include <gpsrecon/core/scale.h>
 
 #include <gpsrecon/core/neighbors.h>
+#include <gpsrecon/core/numbers.h>
 #include <gpsrecon/core/order_statistics.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/core/principal_axes.h>
@@ -135,7 +136,7 @@ Scale estimate_scale(const PointCloud& cloud, const Neighbors& index, const Scal
                      const RunContext& context) {
   options.check();
   const std::size_t n = cloud.size();
-  if (n < 3) throw NoSurfaceError("no surface through " + std::to_string(n) + " distinct points");
+  if (n < 3) throw NoSurfaceError("no surface through " + count_of(n, "distinct point"));
   const std::size_t k = std::min(spacing_neighbors, n - 1);
   const std::vector<double> distances = neighbor_distances(cloud.positions, index, k, context);
   context.progress("scale", 0.6);

@@ -3,9 +3,9 @@
 #include <gpsrecon/gps/edit.h>
 
 #include <gpsrecon/core/error.h>
+#include <gpsrecon/core/numbers.h>
 #include <gpsrecon/core/parallel.h>
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <numeric>
 
@@ -24,25 +24,16 @@ struct Overloaded : Visitors... {
 template <class... Visitors>
 Overloaded(Visitors...) -> Overloaded<Visitors...>;
 
-std::string text_of(double value) {
-  char digits[32];
-  return {digits, std::to_chars(digits, digits + sizeof(digits), value).ptr};
-}
-
-std::string text_of(const Vec3& v) {
-  return "(" + text_of(v.x()) + ", " + text_of(v.y()) + ", " + text_of(v.z()) + ")";
-}
-
 // ---- checks of what does not depend on the mesh ----
 
 void check_factor(const char* field, double factor) {
   if (!(factor >= 1e-12 && factor <= 1e12))
-    throw OptionError(std::string(field) + ": " + text_of(factor) + " is not in [1e-12, 1e12]");
+    throw OptionError(std::string(field) + ": " + to_text(factor) + " is not in [1e-12, 1e12]");
 }
 
 void check_direction(const char* field, const Vec3& direction) {
   if (!direction.allFinite() || direction.isZero(0))
-    throw OptionError(std::string(field) + ": " + text_of(direction) + " is not a direction");
+    throw OptionError(std::string(field) + ": " + to_text(direction) + " is not a direction");
 }
 
 void check_kernel(const char* field, const Sym3& kernel) {
@@ -63,18 +54,18 @@ void check_selection(const VertexSelection& selection) {
                         },
                         [](const SelectBox& s) {
                           if (!(s.low.array() <= s.high.array()).all())
-                            throw OptionError("select box: " + text_of(s.low) + " is not below " + text_of(s.high) +
+                            throw OptionError("select box: " + to_text(s.low) + " is not below " + to_text(s.high) +
                                               " in every axis");
                         },
                         [](const SelectHalfSpace& s) {
                           check_direction("select plane: normal", s.normal);
                           if (!s.point.allFinite())
-                            throw OptionError("select plane: point: " + text_of(s.point) + " is not finite");
+                            throw OptionError("select plane: point: " + to_text(s.point) + " is not finite");
                         },
                         [](const SelectNearest& s) {
                           if (s.count == 0) throw OptionError("select nearest: count: 0 is not at least 1");
                           if (!s.point.allFinite())
-                            throw OptionError("select nearest: point: " + text_of(s.point) + " is not finite");
+                            throw OptionError("select nearest: point: " + to_text(s.point) + " is not finite");
                         }},
              selection);
 }
@@ -89,7 +80,7 @@ void check_operation(const CovarianceOperation& operation) {
                         [](const SharpenCovariance& o) {
                           check_kernel("sharpen: kernel", o.kernel);
                           if (!(o.floor >= min_eigenvalue_ratio && o.floor <= 1))
-                            throw OptionError("sharpen: floor: " + text_of(o.floor) + " is not in [1e-12, 1]");
+                            throw OptionError("sharpen: floor: " + to_text(o.floor) + " is not in [1e-12, 1]");
                         },
                         [](const SetCovariance& o) {
                           const bool finite = o.covariance.all_finite();

@@ -2,6 +2,7 @@
 
 #include <gpsrecon/gps/infer.h>
 
+#include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/connectivity.h>
 #include <gpsrecon/core/order_statistics.h>
 #include <gpsrecon/core/parallel.h>

@@ -3,6 +3,7 @@
 #include <gpsrecon/gps/subdivide.h>
 
 #include <gpsrecon/core/attributes.h>
+#include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/connectivity.h>
 #include <gpsrecon/core/in_frame.h>
 #include <gpsrecon/core/parallel.h>

@@ -3,6 +3,7 @@
 
 #include <gpsrecon/hem/hem.h>
 
+#include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/gaussian.h>
 #include <gpsrecon/core/neighbors.h>
 #include <gpsrecon/core/parallel.h>

@@ -1,5 +1,6 @@
 #include "precision.h"
 
+#include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/point_cloud.h>
 
 namespace gpsrecon::io {

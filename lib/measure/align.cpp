@@ -2,6 +2,7 @@
 
 #include <gpsrecon/measure/align.h>
 
+#include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/face_geometry.h>
 #include <gpsrecon/core/in_frame.h>

@@ -1,12 +1,12 @@
 #include <gpsrecon/pipeline/choose_scale.h>
 
+#include <gpsrecon/core/numbers.h>
 #include <gpsrecon/core/random.h>
 #include <gpsrecon/hem/likelihood.h>
 #include <gpsrecon/measure/held_out_error.h>
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <numbers>
 #include <string>
@@ -56,12 +56,6 @@ Split split(std::size_t points, double share, std::uint64_t stream, std::uint64_
   Split s;
   for (Index i = 0; i < points; ++i) (random_uniform(seed, stream, i) < share ? s.held_out : s.rest).push_back(i);
   return s;
-}
-
-std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g", value);
-  return text;
 }
 
 struct Search {

@@ -5,6 +5,7 @@
 #include <gpsrecon/core/face_geometry.h>
 #include <gpsrecon/core/in_frame.h>
 #include <gpsrecon/core/neighbors.h>
+#include <gpsrecon/core/numbers.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/measure/distance.h>
 #include <gpsrecon/measure/mesh_measures.h>
@@ -80,8 +81,7 @@ void orient(std::vector<Vec3>& normals, const PointCloud& distinct, NormalOrient
       return orient_along(normals, ways_to_sensor(distinct, options.sensor));
     case NormalOrientation::neighbors: {
       const std::size_t parts = orient_by_propagation(normals, distinct.positions, options.propagation, context);
-      context.log(LogLevel::info, "orientation: " + std::to_string(parts) + " connected part" +
-                                      (parts == 1 ? "" : "s") + ", each turned outward");
+      context.log(LogLevel::info, "orientation: " + count_of(parts, "connected part") + ", each turned outward");
       return;
     }
     case NormalOrientation::automatic:

@@ -1,5 +1,6 @@
 #include <gpsrecon/pipeline/reconstruct.h>
 
+#include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/self_intersections.h>
 #include <gpsrecon/measure/compare.h>

@@ -3,6 +3,7 @@
 #include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/face_geometry.h>
+#include <gpsrecon/core/numbers.h>
 #include <gpsrecon/measure/mesh_measures.h>
 #include <gpsrecon/report/html_resources.h>
 #include <gpsrecon/report/picture.h>
@@ -18,12 +19,6 @@ namespace {
 
 /// Colours of the 3-D view: classes of error, and one more for vertices without.
 constexpr std::size_t classes = 255;
-
-std::string number(double value, int digits = 4) {
-  char text[64];
-  std::snprintf(text, sizeof text, "%.*g", digits, value);
-  return text;
-}
 
 std::string percent(double share, int digits = 3) {
   return number(100 * share, digits) + "&nbsp;%";

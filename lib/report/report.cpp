@@ -1,6 +1,7 @@
 #include <gpsrecon/report/report.h>
 
 #include <gpsrecon/core/error.h>
+#include <gpsrecon/core/numbers.h>
 #include <gpsrecon/measure/mesh_measures.h>
 #include <Eigen/Core>
 #include <cmath>
@@ -242,16 +243,6 @@ void require_finite(const Json& json, const std::string& path) {
 }
 
 // The summary.
-
-std::string number(double value, int digits = 4) {
-  char text[64];
-  std::snprintf(text, sizeof text, "%.*g", digits, value);
-  return text;
-}
-
-std::string count_of(std::size_t n, const std::string& noun) {
-  return std::to_string(n) + " " + noun + (n == 1 ? "" : "s");
-}
 
 /// In scene units and, where there is a diagonal, as percentage of it.
 std::string length_text(double length, double diagonal) {

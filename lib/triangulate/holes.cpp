@@ -1,5 +1,6 @@
 #include <gpsrecon/triangulate/holes.h>
 
+#include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/face_geometry.h>
 #include <gpsrecon/core/mesh_topology.h>
 #include <gpsrecon/core/neighbors.h>

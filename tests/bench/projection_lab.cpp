@@ -4,6 +4,7 @@
 #include <gpsrecon/clop/particles.h>
 #include <gpsrecon/clop/project.h>
 #include <gpsrecon/clop/repulsion.h>
+#include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/in_frame.h>
 #include <gpsrecon/core/neighbors.h>
 #include <gpsrecon/core/order_statistics.h>

@@ -4,6 +4,7 @@
 // (points, one row per sample: the place it came to, as scalars surface_x ... the place on the surface, and whether it
 // arrived), and prints the distances as JSON, relative to the diagonal of the surface.
 
+#include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/gps/subdivide.h>
 #include <gpsrecon/io/io.h>
 #include <gpsrecon/measure/compare.h>

@@ -1,5 +1,6 @@
 // Adaptive refinement: how far the triangles are from the surface, whether they fit together, how many there are.
 
+#include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/mesh_topology.h>
 #include <gpsrecon/gps/adaptive.h>

@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/clean.h>
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/gaussian.h>

@@ -119,7 +119,7 @@ TEST(Scale, FewPoints) {
     PointCloud cloud;
     for (std::size_t i = 0; i < n; ++i) cloud.positions.emplace_back(static_cast<double>(i), 0, 0);
     EXPECT_THAT([&] { estimate_scale(cloud); },
-                ThrowsMessage<NoSurfaceError>(HasSubstr(std::to_string(n) + " distinct points")));
+                ThrowsMessage<NoSurfaceError>(HasSubstr(std::to_string(n) + " distinct point")));
   }
   PointCloud three;
   three.positions = {Vec3(0, 0, 0), Vec3(3, 0, 0), Vec3(0, 4, 0)};

@@ -1,3 +1,4 @@
+#include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/measure/compare.h>
 #include <gtest/gtest.h>

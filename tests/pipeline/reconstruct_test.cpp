@@ -1,4 +1,5 @@
 #include <gmock/gmock.h>
+#include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/in_frame.h>
 #include <gpsrecon/io/io.h>

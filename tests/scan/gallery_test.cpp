@@ -1,3 +1,4 @@
+#include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/scan/gallery.h>
 
 #include <gtest/gtest.h>

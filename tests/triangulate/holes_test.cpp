@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/self_intersections.h>
 #include <gpsrecon/triangulate/holes.h>
 #include <support/shapes.h>
