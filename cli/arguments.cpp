@@ -1,6 +1,7 @@
 #include "arguments.h"
 
 #include <gpsrecon/core/error.h>
+#include <gpsrecon/core/numbers.h>
 #include <gpsrecon/core/version.h>
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -14,6 +15,8 @@
 #include <sstream>
 
 namespace gpsrecon::cli {
+
+using namespace internal;
 namespace {
 
 std::string in_quotes(const std::string& text) {

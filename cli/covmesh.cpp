@@ -1,4 +1,5 @@
 #include <gpsrecon/core/error.h>
+#include <gpsrecon/core/numbers.h>
 #include <gpsrecon/gps/edit.h>
 #include <gpsrecon/io/io.h>
 #include <sstream>
@@ -10,6 +11,8 @@
 #include "repair.h"
 
 namespace gpsrecon::cli {
+
+using namespace internal;
 namespace {
 
 /// `text` split at `separator`, empty fields included.

@@ -11,6 +11,8 @@
 #include "inputs.h"
 
 namespace gpsrecon::cli {
+
+using namespace internal;
 namespace {
 
 using Json = nlohmann::ordered_json;

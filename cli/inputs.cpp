@@ -8,6 +8,8 @@
 #include "repair.h"
 
 namespace gpsrecon::cli {
+
+using namespace internal;
 namespace {
 
 template <class Data, class Read>

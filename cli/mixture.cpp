@@ -7,6 +7,8 @@
 #include "outputs.h"
 
 namespace gpsrecon::cli {
+
+using namespace internal;
 namespace {
 
 struct MixtureFiles {

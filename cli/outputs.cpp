@@ -9,6 +9,8 @@
 #include <filesystem>
 
 namespace gpsrecon::cli {
+
+using namespace internal;
 namespace {
 
 namespace fs = std::filesystem;

@@ -14,6 +14,8 @@
 #include "outputs.h"
 
 namespace gpsrecon::cli {
+
+using namespace internal;
 namespace {
 
 constexpr std::string_view shape_prefix = "shape:";

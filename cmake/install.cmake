@@ -2,33 +2,24 @@
 # (The plug-in for PCD files is installed where it is defined, in lib/io.)
 include(CMakePackageConfigHelpers)
 
-# The headers of the library's interface. All others are details of their stage and stay behind.
+# The headers of the library's interface, in namespace gpsrecon. All others are details, in namespace
+# gpsrecon::internal, and stay behind.
 set(GPSRECON_PUBLIC_HEADERS
-  clop/kernel.h
   clop/normals.h
   clop/orientation.h
   clop/particles.h
   clop/project.h
-  core/attributes.h
-  core/bounding_box.h
-  core/clean.h
   core/connectivity.h
   core/error.h
-  core/face_geometry.h
   core/frame.h
-  core/gaussian.h
   core/in_frame.h
   core/length.h
   core/mesh.h
   core/mesh_topology.h
   core/mixture.h
-  core/neighbors.h
-  core/numbers.h
   core/options.h
-  core/parallel.h
   core/point_cloud.h
   core/prepared_cloud.h
-  core/random.h
   core/repair_topology.h
   core/resource_usage.h
   core/run_context.h
@@ -38,38 +29,24 @@ set(GPSRECON_PUBLIC_HEADERS
   core/vec.h
   core/version.h
   fit/fit.h
-  gps/evaluate.h
   gps/edit.h
+  gps/evaluate.h
   gps/infer.h
-  gps/patch_basis.h
-  gps/patch_table.h
-  gps/stencils.h
   gps/subdivide.h
+  gps/surface_weights.h
   hem/hem.h
-  hem/likelihood.h
   io/io.h
   measure/align.h
   measure/compare.h
   measure/distance.h
-  measure/held_out_error.h
   measure/mesh_measures.h
-  measure/ridge.h
   measure/statistics.h
-  pipeline/choose_scale.h
   pipeline/point_normals.h
   pipeline/projection.h
   pipeline/reconstruct.h
-  report/file_hash.h
   report/heatmap.h
   report/html_report.h
-  report/picture.h
   report/report.h
-  scan/gallery.h
-  scan/mesh_target.h
-  scan/profile.h
-  scan/scan_target.h
-  scan/shapes.h
-  scan/virtual_scan.h
   triangulate/triangulate.h)
 foreach(header IN LISTS GPSRECON_PUBLIC_HEADERS)
   cmake_path(GET header PARENT_PATH stage)

@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""Checks what the sources include: directions, cycles, own header first.
+"""Checks what the sources include: directions, cycles, own header first, and what is public.
 
     scripts/check_includes.py          # exit code 1 and a list if something is wrong
     scripts/check_includes.py --fix    # moves own headers to the top
 
 Dependencies point one way, cli -> pipeline -> stages -> core (CONTRIBUTING.md); every folder of lib but core and pipeline is a
 stage. No header includes itself, by whatever way. A source starts with the header of its name, so that each header is compiled
-once with nothing before it.
+once with nothing before it. A header that cmake/install.cmake does not list is internal: it declares nothing in namespace
+gpsrecon itself, and none that is listed includes it.
 """
 
 import re
@@ -21,6 +22,8 @@ EXCEPTIONS = {
     "fit": {"gps"},  # fitting evaluates and refines the surface
     "report": {"fit", "hem", "measure", "triangulate"},  # a report holds what the stages say of themselves
 }
+# Internal headers that define a class nested in a public one.
+MEMBERS_OF_PUBLIC = {"evaluate_data.h"}
 
 
 def may_include(folder):
@@ -57,6 +60,27 @@ def put_own_header_first(path, own):
     first = next(at for at, other in enumerate(lines) if INCLUDE.match(other))
     lines[first:first] = [line, "\n"]
     path.write_text("".join(lines))
+
+
+def public_headers():
+    listed = re.search(r"set\(GPSRECON_PUBLIC_HEADERS(.*?)\)", (ROOT / "cmake/install.cmake").read_text(), re.DOTALL)
+    return {ROOT / "lib" / name for name in listed[1].split()}
+
+
+def faults_of_interface(graph, public):
+    """Headers that mix what callers may use with what they may not."""
+    for path in sorted(public - graph.keys()):
+        yield f"{path.relative_to(ROOT)}, which cmake/install.cmake lists, is not there"
+    for path in graph:
+        if path.suffix != ".h" or folder_of(path) == "cli":
+            continue
+        name = path.relative_to(ROOT)
+        if path in public:
+            for other in graph[path]:
+                if other not in public:
+                    yield f"{name} is public and includes {other.relative_to(ROOT)}, which is not"
+        elif re.search(r"^namespace gpsrecon {", path.read_text(), re.MULTILINE) and name.name not in MEMBERS_OF_PUBLIC:
+            yield f"{name} is internal but not in namespace gpsrecon::internal"
 
 
 def find_cycle(graph):
@@ -100,6 +124,7 @@ def main():
                 put_own_header_first(path, own)
             else:
                 faults.append(f"{name} does not include its own header first")
+    faults += faults_of_interface(graph, public_headers())
     if cycle := find_cycle(graph):
         faults.append("a cycle: " + " -> ".join(str(path.relative_to(ROOT)) for path in cycle))
     for fault in faults:

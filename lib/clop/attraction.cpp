@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 /// 1/Σ w_k of the published fit: α̂(0) in support radii.
@@ -195,4 +195,4 @@ void MixtureAttraction::pull(std::span<const Vec3> particles, ProjectionStep ste
   }
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

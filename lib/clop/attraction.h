@@ -10,7 +10,7 @@
 
 // Internal to lib/clop: what draws the particles.
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// The first iteration of a projection goes to the local mean, the others towards the local median.
 enum class ProjectionStep { mean, median };
@@ -83,4 +83,4 @@ class MixtureAttraction final : public Attraction {
   std::vector<Group> groups_;
 };
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

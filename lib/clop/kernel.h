@@ -1,10 +1,10 @@
 #pragma once
 
+#include <gpsrecon/clop/project.h>
 #include <array>
 #include <cmath>
-#include <string_view>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 // The localised L1 kernel of the projection operators, for a support radius of 1: lengths below are in support radii.
 
@@ -25,17 +25,9 @@ struct KernelFit {
   }
 };
 
-enum class KernelCoefficients {
-  published,  ///< Preiner et al. 2014, Figure 5: exact near the particle, its tail too light (-44 % at 0.3)
-  tail,       ///< within 5 % of α from 0.08 to 0.4 (-9 to +18 % from 0.015 on), -28 % at 0.01
-};
-constexpr std::array<std::string_view, 2> option_names(KernelCoefficients /*type*/) {
-  return {"published", "tail"};
-}
-
 constexpr KernelFit kernel_fit(KernelCoefficients coefficients) {
   if (coefficients == KernelCoefficients::tail) return {{5.06884, 11.9322, 61.50926}, {0.157, 0.07289, 0.02102}};
   return {{11.4527327, 29.8858795, 97.7605615}, {0.117719940, 0.032869803, 0.010097481}};
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

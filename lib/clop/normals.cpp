@@ -17,6 +17,8 @@
 #include <string>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 constexpr std::size_t queries_per_block = 1024;

@@ -11,6 +11,8 @@
 #include <string>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 constexpr double most_remote = 3;    // in medians, of points whose normals tell the outer side

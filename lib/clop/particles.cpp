@@ -1,6 +1,7 @@
 #include <gpsrecon/clop/particles.h>
 #include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/neighbors.h>
+#include <gpsrecon/core/numbers.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/core/random.h>
 #include <algorithm>
@@ -10,6 +11,8 @@
 #include <string>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 constexpr std::uint64_t choice_stream = 0xC401, between_stream = 0xBE77;

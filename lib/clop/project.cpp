@@ -4,6 +4,7 @@
 
 #include <gpsrecon/clop/attraction.h>
 #include <gpsrecon/clop/repulsion.h>
+#include <gpsrecon/core/numbers.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/core/random.h>
 #include <algorithm>
@@ -13,6 +14,8 @@
 #include <string>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 constexpr std::size_t particles_per_block = 512;

@@ -7,7 +7,7 @@
 #include <gpsrecon/core/parallel.h>
 #include <vector>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 void update_repulsion(std::span<const Vec3> particles, double support_radius, double cutoff, std::span<Vec3> repulsion,
                       const RunContext& context) {
@@ -32,4 +32,4 @@ void update_repulsion(std::span<const Vec3> particles, double support_radius, do
       512);
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

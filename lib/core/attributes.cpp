@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 constexpr double missing = std::numeric_limits<double>::quiet_NaN();
@@ -106,4 +106,4 @@ void attributes_from_points(Mesh& mesh, const PointCloud& cloud, const RunContex
   });
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

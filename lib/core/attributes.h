@@ -5,7 +5,7 @@
 #include <gpsrecon/core/run_context.h>
 #include <span>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 inline bool has_attributes(const PointCloud& cloud) {
   return !cloud.colors.empty() || !cloud.scalars.empty();
@@ -30,4 +30,4 @@ double combine(const ScalarColumn& column, std::span<const WeightedPoint> points
 /// O((n + m) log n) for n points and m vertices. Without points, or attributes of theirs, nothing changes.
 void attributes_from_points(Mesh& mesh, const PointCloud& cloud, const RunContext& context = {});
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

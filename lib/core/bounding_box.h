@@ -4,7 +4,7 @@
 #include <Eigen/Geometry>
 #include <span>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// An axis-aligned box; one that holds nothing is empty, isEmpty().
 using Box3 = Eigen::AlignedBox3d;
@@ -31,4 +31,4 @@ inline double bounding_box_diagonal(std::span<const Vec3> points) {
   return diagonal_length(bounding_box(points));
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -10,7 +10,7 @@
 #include <algorithm>
 #include <bit>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 std::vector<Index> finite_points(const PointCloud& cloud) {
@@ -118,4 +118,4 @@ CleanCloud clean(const PointCloud& world, const RunContext& context) {
   return result;
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

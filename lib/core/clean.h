@@ -3,7 +3,7 @@
 #include <gpsrecon/core/point_cloud.h>
 #include <gpsrecon/core/run_context.h>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// A cloud made fit for work, and what became of the points it was made from.
 struct CleanCloud {
@@ -20,4 +20,4 @@ struct CleanCloud {
 /// O(n log n). Throws InputError if no point is finite.
 CleanCloud clean(const PointCloud& world, const RunContext& context = {});
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <map>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 ComponentSearch::ComponentSearch(const Mixture& mixture) {
   std::map<int, SizeClass> by_exponent;
@@ -31,4 +31,4 @@ void ComponentSearch::within(const Vec3& x, double reach, std::vector<Index>& fo
   }
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

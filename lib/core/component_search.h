@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// Finds the components of a mixture that matter at a point. Components are kept by size, in classes whose largest
 /// deviations lie within a factor of two, with a search radius for each: with one radius a single wide Gaussian would
@@ -32,4 +32,4 @@ class ComponentSearch {
   std::vector<SizeClass> classes_;  ///< from fine to coarse
 };
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// Disjoint sets of 0 .. n-1, each with a sign relative to the others of its set: a forest joined by size, with paths
 /// halved (Tarjan & van Leeuwen 1984). Which member stands for a set follows from the joins alone.
@@ -50,4 +50,4 @@ class DisjointSets {
   std::vector<signed char> sign_;  ///< relative to the parent; 1 of a root
 };
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -8,7 +8,7 @@
 #include <string>
 #include <utility>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 struct Sphere {
@@ -84,4 +84,4 @@ Mesh ellipsoid_mesh(const Mixture& mixture, const EllipsoidOptions& options) {
   return mesh;
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -4,7 +4,7 @@
 #include <gpsrecon/core/mixture.h>
 #include <gpsrecon/core/options.h>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 struct EllipsoidOptions {
   double scale = 1;
@@ -30,4 +30,4 @@ struct EllipsoidOptions {
 /// mixture. O(n 4^level). Throws OptionError.
 Mesh ellipsoid_mesh(const Mixture& mixture, const EllipsoidOptions& options = {});
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

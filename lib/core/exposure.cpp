@@ -9,7 +9,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 constexpr int view_count = 32;                     // lines; light comes from both ends
@@ -191,4 +191,4 @@ Exposure exposure(const Mixture& mixture, const RunContext& context) {
   return result;
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

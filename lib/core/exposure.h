@@ -4,7 +4,7 @@
 #include <gpsrecon/core/run_context.h>
 #include <vector>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// How much of the sky each component of a mixture sees past the others, on either side of the sheet it lies in.
 struct Exposure {
@@ -24,4 +24,4 @@ struct Exposure {
 /// for any number of threads. Throws Cancelled.
 Exposure exposure(const Mixture& mixture, const RunContext& context = {});
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

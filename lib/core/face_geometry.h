@@ -4,7 +4,7 @@
 #include <Eigen/Geometry>
 #include <span>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// Calls visit(a, b, c) for the triangles of the fan around the first corner of a polygon, which have its orientation.
 template <class Visitor>
@@ -31,4 +31,4 @@ inline Vec3 unit_normal(std::span<const Vec3> positions, std::span<const Index> 
   return area_vector(positions, face).stableNormalized();
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

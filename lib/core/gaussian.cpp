@@ -4,7 +4,7 @@
 
 #include <numbers>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 FactoredGaussian::FactoredGaussian(const Gaussian& g) : mean(g.mean), covariance(g.covariance) {
   const Cholesky3 factor(covariance);
@@ -28,4 +28,4 @@ Gaussian product(const FactoredGaussian& a, const FactoredGaussian& b) {
   return {covariance * (a.precision * a.mean + b.precision * b.mean), covariance};
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

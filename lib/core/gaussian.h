@@ -2,7 +2,7 @@
 
 #include <gpsrecon/core/mixture.h>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// A Gaussian with what its evaluation needs, factored once.
 struct FactoredGaussian {
@@ -42,4 +42,4 @@ double log_bhattacharyya(const FactoredGaussian& a, const FactoredGaussian& b);
 /// The normalised product of two Gaussians, Preiner et al. 2019, Eq. 3 and 5.
 Gaussian product(const FactoredGaussian& a, const FactoredGaussian& b);
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

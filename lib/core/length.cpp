@@ -7,6 +7,8 @@
 #include <cmath>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 constexpr const char* spelling = "auto, X% of the diagonal, Xsp (sample spacings) or X (in scene units)";

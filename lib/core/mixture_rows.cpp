@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 // Columns of zeros stand for normals that were never computed.
@@ -79,6 +79,12 @@ std::string property_name(const std::string& wanted, const std::vector<std::stri
   while (std::find(taken.begin(), taken.end(), name) != taken.end()) name += '_';
   return name;
 }
+
+}  // namespace gpsrecon::internal
+
+namespace gpsrecon {
+
+using namespace internal;
 
 Mixture as_stored(const Mixture& mixture) {
   const double world_sigma0 = std::ldexp(mixture.sigma0, mixture.frame.exponent);

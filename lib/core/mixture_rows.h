@@ -7,7 +7,7 @@
 // Internal: the rows in which files hold a mixture, in world coordinates:
 // x y z covxx covxy covxz covyy covyz covzz weight [nvx nvy nvz].
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 inline constexpr const char* mixture_columns[] = {"x",     "y",     "z",      "covxx", "covxy", "covxz", "covyy",
                                                   "covyz", "covzz", "weight", "nvx",   "nvy",   "nvz"};
@@ -32,4 +32,4 @@ MixtureRows to_rows(const Mixture& mixture);
 /// The mixture in the given frame; sigma0 and spacing in units of the world.
 Mixture from_rows(const MixtureRows& rows, const Frame& frame, double world_sigma0, double world_spacing);
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

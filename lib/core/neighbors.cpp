@@ -6,7 +6,7 @@
 #include <flann/algorithms/kdtree_single_index.h>
 #include <algorithm>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 // FLANN accumulates lower bounds of squared distances incrementally, so they may exceed the true value by a few ulp.
@@ -101,4 +101,4 @@ void Neighbors::within(const Vec3& query, double radius, std::vector<Neighbor>& 
   std::sort(found.begin(), found.end(), [](const Neighbor& a, const Neighbor& b) { return a.index < b.index; });
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

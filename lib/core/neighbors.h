@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 struct Neighbor {
   Index index;      ///< into the points the index was built from
@@ -41,4 +41,4 @@ class Neighbors {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -5,7 +5,7 @@
 #include <charconv>
 #include <cmath>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 template <class T>
@@ -71,4 +71,4 @@ Vec3 parse_point(const std::string& text) {
   return point;
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -5,7 +5,7 @@
 #include <numbers>
 #include <string>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 // Numbers as text, whatever the locale: decimal or scientific, with a point, nothing before or after.
 
@@ -32,4 +32,4 @@ constexpr double radians(double degrees) {
   return degrees * (std::numbers::pi / 180);
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

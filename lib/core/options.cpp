@@ -1,12 +1,15 @@
 #include <gpsrecon/core/options.h>
 
 #include <gpsrecon/core/error.h>
+#include <gpsrecon/core/numbers.h>
 #include <algorithm>
 #include <charconv>
 #include <limits>
 #include <stdexcept>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 /// What the text of a range says.
@@ -83,6 +86,31 @@ int OptionType<int>::read(const std::string& text) {
   const std::int64_t value = parse_integer(text);
   if (value != static_cast<int>(value)) throw_expected("a smaller integer", text);
   return static_cast<int>(value);
+}
+
+std::size_t OptionType<std::size_t>::read(const std::string& text) {
+  return parse_natural(text);
+}
+
+double OptionType<double>::read(const std::string& text) {
+  return parse_double(text);
+}
+
+std::string OptionType<double>::text(double value) {
+  return to_text(value);
+}
+
+Vec3 OptionType<Vec3>::read(const std::string& text) {
+  return parse_point(text);
+}
+
+std::string OptionType<Vec3>::text(const Vec3& value) {
+  return to_text(value);
+}
+
+std::string OptionType<std::string>::read(const std::string& text) {
+  if (text.empty()) throw_expected("a text that is not empty", text);
+  return text;
 }
 
 std::vector<std::string> OptionType<std::vector<std::string>>::read(const std::string& text) {

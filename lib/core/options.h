@@ -1,7 +1,6 @@
 #pragma once
 
 #include <gpsrecon/core/length.h>
-#include <gpsrecon/core/numbers.h>
 #include <gpsrecon/core/vec.h>
 #include <cmath>
 #include <concepts>
@@ -84,32 +83,29 @@ struct OptionType<int> {
 template <>
 struct OptionType<std::size_t> {
   static std::string placeholder() { return "N"; }
-  static std::size_t read(const std::string& text) { return parse_natural(text); }
+  static std::size_t read(const std::string& text);
   static std::string text(std::size_t value) { return std::to_string(value); }
 };
 
 template <>
 struct OptionType<double> {
   static std::string placeholder() { return "X"; }
-  static double read(const std::string& text) { return parse_double(text); }
-  static std::string text(double value) { return to_text(value); }
+  static double read(const std::string& text);
+  static std::string text(double value);
 };
 
 template <>
 struct OptionType<Vec3> {
   static std::string placeholder() { return "X,Y,Z"; }
-  static Vec3 read(const std::string& text) { return parse_point(text); }
-  static std::string text(const Vec3& value) { return to_text(value); }
+  static Vec3 read(const std::string& text);
+  static std::string text(const Vec3& value);
 };
 
 /// The name of a file; empty: none.
 template <>
 struct OptionType<std::string> {
   static std::string placeholder() { return "FILE"; }
-  static std::string read(const std::string& text) {
-    if (text.empty()) throw_expected("a text that is not empty", text);
-    return text;
-  }
+  static std::string read(const std::string& text);
   static std::string text(const std::string& value) { return value; }
 };
 

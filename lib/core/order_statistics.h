@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <span>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// The value of this rank, 0 that of the smallest. Reorders the values. Expected O(n). Preconditions: rank < size, no
 /// NaN.
@@ -20,4 +20,4 @@ inline double median(std::span<double> values) {
   return value_of_rank(values, values.size() / 2);
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -12,7 +12,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 /// Positive if v points up the z axis, or, at right angles to it, the y axis, or else the x axis.
@@ -152,4 +152,4 @@ std::size_t orient_by_vote(const Mixture& vertices, FaceList& faces, Connectivit
   return turn_over(faces, connectivity, pieces.components, wrong);
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 // `connectivity` is that of `faces`, before and after.
 
@@ -23,4 +23,4 @@ std::size_t orient(const Mixture& vertices, FaceList& faces, Connectivity& conne
 std::size_t orient_by_vote(const Mixture& vertices, FaceList& faces, Connectivity& connectivity,
                            const PointCloud& cloud, std::span<const Vec3> directions, const RunContext& context = {});
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

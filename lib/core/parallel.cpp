@@ -10,6 +10,10 @@ int RunContext::thread_count() const {
   return threads > 0 ? threads : omp_get_max_threads();
 }
 
+}  // namespace gpsrecon
+
+namespace gpsrecon::internal {
+
 void parallel_blocks(std::size_t n, const RunContext& context,
                      const std::function<void(std::size_t, std::size_t, std::size_t)>& body, std::size_t block_size) {
   context.throw_if_cancelled();
@@ -43,4 +47,4 @@ void parallel_blocks(std::size_t n, const RunContext& context,
   if (error) std::rethrow_exception(error);
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

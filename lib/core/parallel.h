@@ -6,7 +6,7 @@
 #include <functional>
 #include <vector>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// Indices per block of parallel_blocks and of fixed-order sums. Part of the results' definition: sums are formed per
 /// block and then over blocks in order, so they do not depend on the number of threads.
@@ -46,4 +46,4 @@ T parallel_sum(std::size_t n, const RunContext& context, const Term& term) {
   return total;
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

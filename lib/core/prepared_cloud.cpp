@@ -3,10 +3,13 @@
 #include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/clean.h>
 #include <gpsrecon/core/error.h>
+#include <gpsrecon/core/estimate_scale.h>
 #include <gpsrecon/core/numbers.h>
 #include <gpsrecon/core/principal_axes.h>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 void refuse_degenerate(const PointCloud& cloud) {
@@ -45,7 +48,7 @@ PreparedCloud PreparedCloud::with_points(PointCloud points) const {
 }
 
 PreparedCloud prepare(const PointCloud& world, const ScaleOptions& options, const RunContext& context) {
-  CleanCloud clean = gpsrecon::clean(world, context);
+  CleanCloud clean = internal::clean(world, context);
   PreparedCloud prepared;
   prepared.rows = world.size();
   prepared.non_finite = clean.non_finite;

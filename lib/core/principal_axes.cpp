@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 /// Of the extent across to that along.
@@ -47,4 +47,4 @@ bool on_a_line(std::span<const Vec3> points) {
   return across <= collinear_ratio * along;
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

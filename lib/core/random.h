@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// Counter-based random numbers: a pure function of (seed, stream, counter), so results do not depend on the order in
 /// which threads ask. The mixing function is the finaliser of SplitMix64 (Steele, Lea, Flood 2014), applied per word.
@@ -21,4 +21,4 @@ constexpr double random_uniform(std::uint64_t seed, std::uint64_t stream, std::u
   return static_cast<double>(random_bits(seed, stream, counter) >> 11) * 0x1.0p-53;
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -12,6 +12,8 @@
 #include <utility>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 /// Faces with at least three different corners, none twice and none over the corners of another.

@@ -3,6 +3,7 @@
 
 #include <gpsrecon/core/scale.h>
 
+#include <gpsrecon/core/estimate_scale.h>
 #include <gpsrecon/core/neighbors.h>
 #include <gpsrecon/core/numbers.h>
 #include <gpsrecon/core/order_statistics.h>
@@ -14,6 +15,8 @@
 #include <numeric>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 constexpr std::size_t spacing_neighbors = 8;  // without the point itself
@@ -132,8 +135,8 @@ Scale estimate_scale(const PointCloud& cloud, const ScaleOptions& options, const
   return estimate_scale(cloud, Neighbors(cloud.positions), options, context);
 }
 
-Scale estimate_scale(const PointCloud& cloud, const Neighbors& index, const ScaleOptions& options,
-                     const RunContext& context) {
+Scale internal::estimate_scale(const PointCloud& cloud, const Neighbors& index, const ScaleOptions& options,
+                               const RunContext& context) {
   options.check();
   const std::size_t n = cloud.size();
   if (n < 3) throw NoSurfaceError("no surface through " + count_of(n, "distinct point"));

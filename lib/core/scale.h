@@ -1,6 +1,5 @@
 #pragma once
 
-#include <gpsrecon/core/neighbors.h>
 #include <gpsrecon/core/options.h>
 #include <gpsrecon/core/point_cloud.h>
 #include <gpsrecon/core/run_context.h>
@@ -37,8 +36,5 @@ struct Scale {
 /// those in the same sheet), and the kernel width of the first mixture level from both. Weights are ignored. O(n log
 /// n). Throws OptionError; NoSurfaceError if fewer than three points are given.
 Scale estimate_scale(const PointCloud& cloud, const ScaleOptions& options = {}, const RunContext& context = {});
-/// The same with an index of the points that is at hand.
-Scale estimate_scale(const PointCloud& cloud, const Neighbors& index, const ScaleOptions& options = {},
-                     const RunContext& context = {});
 
 }  // namespace gpsrecon

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
@@ -107,4 +107,4 @@ std::vector<Index> self_intersecting_faces(std::span<const Vec3> positions, cons
   return found;
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

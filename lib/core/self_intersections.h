@@ -4,7 +4,7 @@
 #include <gpsrecon/core/run_context.h>
 #include <span>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// The faces, ascending, that intersect another face elsewhere than in the corners and edges they share by index. Exact
 /// predicates on the positions as they are. Polygons are split into fans from their first corner; triangles without
@@ -13,4 +13,4 @@ namespace gpsrecon {
 std::vector<Index> self_intersecting_faces(std::span<const Vec3> positions, const FaceList& faces,
                                            const RunContext& context = {});
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

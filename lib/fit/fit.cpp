@@ -21,6 +21,8 @@
 #include <string>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 constexpr double held_out_share = 1.0 / 16;

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 /// What the mixture says about a mean counts as much as one point does,
@@ -137,4 +137,4 @@ std::vector<double> solve_moves(const LimitSurface& surface, const Mixture& cont
   return x;
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -4,7 +4,7 @@
 #include <gpsrecon/fit/residuals.h>
 #include <array>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// The ends of every edge of a control mesh.
 using ControlEdges = std::vector<std::array<Index, 2>>;
@@ -17,4 +17,4 @@ std::vector<double> solve_moves(const LimitSurface& surface, const Mixture& cont
                                 const SurfaceSamples& samples, const Residuals& residuals,
                                 const std::vector<double>& moved, const RunContext& context);
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -9,7 +9,7 @@
 #include <array>
 #include <numeric>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 using Topo = Connectivity;
@@ -214,4 +214,4 @@ CovMesh split_edges(const CovMesh& mesh, const Connectivity& topology, std::vect
   return fine;
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -3,7 +3,7 @@
 #include <gpsrecon/core/mesh.h>
 #include <gpsrecon/fit/residuals.h>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// Per control edge (numbered as in build_connectivity) the evidence that the points show detail there that the
 /// control mesh cannot follow: the squared sum of the residuals, weighted by the basis function that a vertex on the
@@ -26,4 +26,4 @@ std::vector<char> strongest_edges(const CovMesh& mesh, const Connectivity& topol
 CovMesh split_edges(const CovMesh& mesh, const Connectivity& topology, std::vector<char> marked,
                     const RunContext& context = {});
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 /// Fewer points around a control vertex say nothing about its scale.
@@ -124,4 +124,4 @@ Residuals robust_residuals(const LimitSurface& surface, const Assignment& assign
   return sums;
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

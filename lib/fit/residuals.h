@@ -4,7 +4,7 @@
 #include <gpsrecon/gps/limit_surface.h>
 #include <vector>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// Which sample of a surface is closest to every point, and the point's signed offset along the normal there.
 struct Assignment {
@@ -45,4 +45,4 @@ struct Residuals {
 Residuals robust_residuals(const LimitSurface& surface, const Assignment& assignment, const PointCloud& cloud,
                            const std::vector<char>& held_out, double scale);
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

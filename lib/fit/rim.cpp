@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 /// Points farther beyond the rim than this many spacings belong to something else.
@@ -62,4 +62,4 @@ void extend_rim(const LimitSurface& surface, const Rim& rim, const SurfaceSample
       control.means[v] += pulled[v][0] / pulled[v][1] * outward[rim.position[v]];
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -3,7 +3,7 @@
 #include <gpsrecon/core/mixture.h>
 #include <gpsrecon/fit/residuals.h>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// The rim of a surface: its boundary samples and, for each, the samples before and after it along the boundary.
 struct Rim {
@@ -19,4 +19,4 @@ Rim find_rim(const LimitSurface& surface);
 void extend_rim(const LimitSurface& surface, const Rim& rim, const SurfaceSamples& samples,
                 const Assignment& assignment, const PointCloud& cloud, double thickness, Mixture& control);
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

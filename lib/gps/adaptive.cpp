@@ -10,7 +10,7 @@
 #include <array>
 #include <limits>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 using Vec2 = Eigen::Vector2d;
@@ -450,4 +450,4 @@ Tessellation tessellate(const SurfaceEvaluator& surface, const ConnectedMesh& co
   return Tessellator(surface, control, tolerance, max_halvings, context).run();
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -4,7 +4,7 @@
 
 // Internal to lib/gps: triangles that follow a limit surface as closely as wanted.
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 struct Tessellation {
   FaceList faces;                        ///< triangles, as many components and boundary loops as the control mesh has
@@ -25,4 +25,4 @@ struct Tessellation {
 Tessellation tessellate(const SurfaceEvaluator& surface, const ConnectedMesh& control, double tolerance,
                         int max_halvings, const RunContext& context = {});
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

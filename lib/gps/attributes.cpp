@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 constexpr double missing = std::numeric_limits<double>::quiet_NaN();
@@ -166,4 +166,4 @@ void interpolate_attributes(const SurfaceEvaluator& surface, std::span<const Sur
   interpolate(PlacedSamples{surface.data().table, places}, control, refined, context);
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

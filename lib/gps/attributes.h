@@ -5,7 +5,7 @@
 
 // Internal to lib/gps: colours and scalars of control vertices at the vertices of the refined mesh.
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// Gives `refined`, whose vertices are the samples of the surface, the colours and scalars of the control vertices. The
 /// product of Gaussians averages means by their precisions; so are attributes, with the precision of each control
@@ -23,4 +23,4 @@ void interpolate_attributes(const RefinementLevels<CatmullClarkScheme>& surface,
 void interpolate_attributes(const SurfaceEvaluator& surface, std::span<const SurfaceParameter> places,
                             const Mixture& control, Mesh& refined, const RunContext& context);
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

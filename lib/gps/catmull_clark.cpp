@@ -9,7 +9,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 using Topo = Connectivity;
@@ -245,4 +245,4 @@ void CatmullClarkLimitRows::fill(std::size_t r, std::span<Index> row) const {
   });
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -6,7 +6,7 @@
 
 // Internal to lib/gps: Catmull and Clark's scheme on half-edges, the counterpart of loop.
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// Rows of the points of the faces, the means of their corners: the first half of a step.
 class CatmullClarkFaceRows {
@@ -75,4 +75,4 @@ class CatmullClarkLimitRows {
   std::vector<Mask> boundary_, interior_;  ///< by number of faces
 };
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -3,7 +3,7 @@
 #include <gpsrecon/core/mixture.h>
 #include <gpsrecon/core/sym3.h>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// The image q = (vech Σ⁻¹, Σ⁻¹μ) of a Gaussian in R⁹ (Preiner et al. 2019, Eq. 11). Products of powers of Gaussians
 /// are linear combinations here (Eq. 9), and so are the tangents of a subdivision surface.
@@ -54,4 +54,4 @@ inline Gaussian from_dual(const DualPoint& q) {
   return {map.mean(), map.covariance()};
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -10,6 +10,8 @@
 #include <numeric>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 /// Eigenvalues this close, relative to the largest, have no eigenvectors of their own.

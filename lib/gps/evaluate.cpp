@@ -13,6 +13,8 @@
 #include <cmath>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 /// Below this sine of the angle between the two tangents they are taken for parallel.
@@ -92,7 +94,7 @@ Curvature curvature(const SurfacePoint& p) {
   return result;
 }
 
-Normalization normalization(const Mixture& control) {
+Normalization internal::normalization(const Mixture& control) {
   if (control.empty()) return {};
   const Box3 box = bounding_box(control.means);
   std::vector<double> traces(control.size());
@@ -100,8 +102,8 @@ Normalization normalization(const Mixture& control) {
   return {box.center(), median(traces)};
 }
 
-std::vector<DualPoint> dual_points(const Mixture& control, const Normalization& normal_form,
-                                   const RunContext& context) {
+std::vector<DualPoint> internal::dual_points(const Mixture& control, const Normalization& normal_form,
+                                             const RunContext& context) {
   std::vector<DualPoint> dual(control.size());
   parallel_for(control.size(), context,
                [&](std::size_t i) { dual[i] = to_dual(normal_form.apply(control.component(i))); });
@@ -172,8 +174,16 @@ Curvature SurfaceEvaluator::Data::curvature_at(const SurfaceParameter& place, Pa
 SurfaceEvaluator::SurfaceEvaluator(const ConnectedMesh& mesh, const RunContext& context)
     : data_(std::make_shared<const Data>(mesh.mesh.vertices, mesh.mesh.rules, mesh.connectivity, context)) {}
 
-const PatchTable& SurfaceEvaluator::patches() const {
-  return data_->table;
+std::size_t SurfaceEvaluator::patch_count() const {
+  return data_->table.patch_count();
+}
+
+Index SurfaceEvaluator::first_patch(std::size_t face) const {
+  return data_->table.first_patch(face);
+}
+
+JetTable SurfaceEvaluator::weights(std::span<const SurfaceParameter> places, const RunContext& context) const {
+  return data_->table.weights(places, context);
 }
 
 std::size_t SurfaceEvaluator::patches_of(std::size_t face) const {
@@ -182,7 +192,7 @@ std::size_t SurfaceEvaluator::patches_of(std::size_t face) const {
 
 std::vector<SurfacePoint> SurfaceEvaluator::evaluate(std::span<const SurfaceParameter> places,
                                                      const RunContext& context) const {
-  patches().check(places);
+  data_->table.check(places);
   std::vector<SurfacePoint> result(places.size());
   parallel_blocks(
       places.size(), context,
@@ -195,14 +205,14 @@ std::vector<SurfacePoint> SurfaceEvaluator::evaluate(std::span<const SurfacePara
 }
 
 SurfacePoint SurfaceEvaluator::evaluate(const SurfaceParameter& place) const {
-  patches().check({&place, 1});
+  data_->table.check({&place, 1});
   PatchRow<2> work;
   return data_->evaluate(place, work);
 }
 
 std::vector<Curvature> SurfaceEvaluator::curvatures(std::span<const SurfaceParameter> places,
                                                     const RunContext& context) const {
-  patches().check(places);
+  data_->table.check(places);
   std::vector<Curvature> result(places.size());
   parallel_blocks(
       places.size(), context,

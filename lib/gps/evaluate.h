@@ -3,7 +3,7 @@
 #include <gpsrecon/core/connectivity.h>
 #include <gpsrecon/core/run_context.h>
 #include <gpsrecon/core/sym3.h>
-#include <gpsrecon/gps/patch_table.h>
+#include <gpsrecon/gps/surface_weights.h>
 #include <memory>
 #include <span>
 #include <vector>
@@ -42,19 +42,20 @@ struct Curvature {
 Curvature curvature(const SurfacePoint& point);
 
 /// Exact evaluation of the limit surface of a covariance mesh anywhere: the linear limit surface in R⁹ and its first
-/// and second derivatives, by the weights of patches(), mapped to space by appendix B of Preiner et al. 2019.
+/// and second derivatives, by the weights of surface_weights(), mapped to space by appendix B of Preiner et al. 2019.
 class SurfaceEvaluator {
  public:
   /// Makes a table of about 60 numbers per face. Throws InvariantError if the mesh is not a valid covariance mesh, or
   /// not triangular with Scheme::loop. O(n).
   explicit SurfaceEvaluator(const ConnectedMesh& mesh, const RunContext& context = {});
 
-  /// The basis functions of the surface.
-  const PatchTable& patches() const;
-  std::size_t patch_count() const { return patches().patch_count(); }
+  std::size_t patch_count() const;
   /// Precondition: face is one of the mesh.
-  Index first_patch(std::size_t face) const { return patches().first_patch(face); }
+  Index first_patch(std::size_t face) const;
   std::size_t patches_of(std::size_t face) const;
+
+  /// The basis functions of the surface: surface_weights(), with what depends on the mesh alone at hand.
+  JetTable weights(std::span<const SurfaceParameter> places, const RunContext& context = {}) const;
 
   /// All derivatives at each parameter, in parallel. Throws OptionError for parameters outside their patches.
   std::vector<SurfacePoint> evaluate(std::span<const SurfaceParameter> places, const RunContext& context = {}) const;
@@ -64,8 +65,6 @@ class SurfaceEvaluator {
   /// distance of extraordinary_offset in u and v on each face around are averaged in the tangent plane of the vertex,
   /// and the result is marked not exact.
   std::vector<Curvature> curvatures(std::span<const SurfaceParameter> places, const RunContext& context = {}) const;
-
-  static constexpr double extraordinary_offset = PatchTable::extraordinary_offset;
 
   struct Data;
   const Data& data() const { return *data_; }

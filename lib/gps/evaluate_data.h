@@ -6,7 +6,7 @@
 
 // Internal to lib/gps: what a SurfaceEvaluator holds.
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// How the Gaussians are normalised before they are mapped: the surface does not depend on a global factor on Σ, and
 /// Σ⁻¹μ keeps the more digits the closer the means are to the origin.
@@ -29,21 +29,26 @@ struct Jet {
   T value, u, v, uu, uv, vv;
 };
 
+}  // namespace gpsrecon::internal
+
+namespace gpsrecon {
+
 struct SurfaceEvaluator::Data {
   Data(const Mixture& control, const SurfaceRules& rules, const Connectivity& connectivity, const RunContext& context);
 
-  Vec3 position(const SurfaceParameter& place, PatchRow<0>& work) const {
+  Vec3 position(const SurfaceParameter& place, internal::PatchRow<0>& work) const {
     table.point_weights(table.locate(place), work);
-    return DualMap(apply_row<DualPoint>(work.row(), points)).mean() + normal_form.center;
+    return internal::DualMap(internal::apply_row<internal::DualPoint>(work.row(), points)).mean() + normal_form.center;
   }
-  Jet<DualPoint> jet(const PatchTable::LeafPoint& place, PatchRow<2>& work) const;
-  SurfacePoint evaluate(const SurfaceParameter& place, PatchRow<2>& work) const;
-  Curvature curvature_at(const SurfaceParameter& place, PatchRow<2>& work) const;
+  internal::Jet<internal::DualPoint> jet(const internal::PatchTable::LeafPoint& place,
+                                         internal::PatchRow<2>& work) const;
+  SurfacePoint evaluate(const SurfaceParameter& place, internal::PatchRow<2>& work) const;
+  Curvature curvature_at(const SurfaceParameter& place, internal::PatchRow<2>& work) const;
 
-  PatchTable table;
+  internal::PatchTable table;
   std::size_t face_count;
-  Normalization normal_form;
-  std::vector<DualPoint> points;
+  internal::Normalization normal_form;
+  std::vector<internal::DualPoint> points;
   std::vector<Vec3> vertex_normals;  ///< of the base mesh: at irregular vertices, zero where there is no tangent plane
 };
 

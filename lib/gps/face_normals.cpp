@@ -5,7 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 std::vector<Index> complete_normals(const FaceList& faces, const std::vector<Vec3>& positions,
                                     std::vector<Vec3>& normals, const RunContext& context) {
@@ -27,4 +27,4 @@ std::vector<Index> complete_normals(const FaceList& faces, const std::vector<Vec
   return missing;
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -10,6 +10,8 @@
 #include <cmath>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 /// A face counts as degenerate when it is this much narrower (in variance) than long.

@@ -1,7 +1,7 @@
 #include <gpsrecon/gps/leaf_points.h>
 #include <array>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 constexpr std::array<LatticePoint, 6> directions{{{1, 0}, {0, 1}, {-1, 1}, {-1, 0}, {0, -1}, {1, -1}}};
@@ -134,4 +134,4 @@ void LeafPoints::add_own(Index h, std::vector<Index>& to) const {
   if (const Index g = opposite(previous(h)); g != no_index) to.push_back(source(previous(opposite(next(g)))));
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -6,7 +6,7 @@
 
 // Internal to lib/gps: the points that the surface over a face depends on.
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// Walks around the faces of a mesh, all of three or all of four corners, of which at most the first is not regular.
 class LeafPoints {
@@ -55,4 +55,4 @@ class LeafPoints {
   std::vector<PatchTable::Ghost> ghosts_;
 };
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

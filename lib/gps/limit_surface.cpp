@@ -7,7 +7,7 @@
 #include <gpsrecon/gps/surface_samples.h>
 #include <numeric>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 LimitSurface::LimitSurface(const FaceList& faces, std::size_t control_count, int levels, const SurfaceRules& rules,
                            const RunContext& context)
@@ -57,4 +57,4 @@ std::vector<Index> LimitSurface::control_of_samples() const {
   return control;
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -4,7 +4,7 @@
 #include <gpsrecon/gps/evaluate.h>
 #include <gpsrecon/gps/stencils.h>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// One entry per sample of a LimitSurface.
 struct SurfaceSamples {
@@ -89,4 +89,4 @@ std::vector<T> LimitSurface::to_level(std::span<const T> values, std::size_t lev
   return current;
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

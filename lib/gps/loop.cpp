@@ -9,7 +9,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 using std::numbers::pi;
@@ -188,4 +188,4 @@ Refinement loop_refine(const FaceList& faces, std::size_t vertex_count, LoopWeig
   return {refined_triangles(topology, context), loop_stencils(topology, weights, corners, context)};
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

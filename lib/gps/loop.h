@@ -4,7 +4,7 @@
 #include <gpsrecon/gps/stencils.h>
 #include <gpsrecon/gps/subdivide.h>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// One refinement step of any scheme: the new faces, and the new vertices as combinations of the old ones.
 struct Refinement {
@@ -97,4 +97,4 @@ LimitTable limit_table(const Connectivity& connectivity, LoopWeights weights, Co
 Refinement loop_refine(const FaceList& faces, std::size_t vertex_count, LoopWeights weights = LoopWeights::loop,
                        CornerRule corners = CornerRule::smooth, const RunContext& context = {});
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -2,7 +2,7 @@
 
 #include <gpsrecon/gps/patch_basis.h>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 constexpr int degree = 4;
@@ -141,4 +141,4 @@ template std::array<BasisWeight<2>, 12> box_spline_basis<2>(double, double);
 template std::array<BasisWeight<0>, 16> bicubic_basis<0>(double, double);
 template std::array<BasisWeight<2>, 16> bicubic_basis<2>(double, double);
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -6,7 +6,7 @@
 
 // Internal to lib/gps: the polynomials of regular patches.
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// A weight in the value of a surface at a parameter; with Order 2, also in its derivatives: 1, s, t, ss, st, tt.
 template <int Order>
@@ -31,4 +31,4 @@ std::array<BasisWeight<Order>, 12> box_spline_basis(double s, double t);
 template <int Order>
 std::array<BasisWeight<Order>, 16> bicubic_basis(double s, double t);
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

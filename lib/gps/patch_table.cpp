@@ -11,7 +11,7 @@
 #include <map>
 #include <string>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 /// Calls visit(old vertex, weight) for what the new vertex r of a refinement step is made of. Old vertices may repeat.
@@ -491,4 +491,4 @@ JetTable PatchTable::weights(std::span<const SurfaceParameter> places, const Run
   return table;
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

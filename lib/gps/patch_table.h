@@ -6,31 +6,14 @@
 #include <gpsrecon/core/surface_rules.h>
 #include <gpsrecon/gps/patch_basis.h>
 #include <gpsrecon/gps/stencils.h>
+#include <gpsrecon/gps/surface_weights.h>
 #include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
 
-namespace gpsrecon {
-
-/// A point of a limit surface. Scheme::loop: patch f is face f with corners a, b, c, and (u, v) stands for the
-/// barycentric coordinates 1 - u - v, u, v; u, v >= 0, u + v <= 1. Scheme::catmull_clark: patch first_patch(f) is face
-/// f with corners a, b, c, d at (0,0), (1,0), (1,1), (0,1), if it has four corners; a face of n != 4 corners has n
-/// patches from first_patch(f) on, one for each corner: the corner at (0,0), the middle of the edge that leaves it at
-/// (1,0), of the edge that arrives at (0,1), and the middle of the face at (1,1). 0 <= u, v <= 1.
-struct SurfaceParameter {
-  Index patch = 0;
-  double u = 0, v = 0;
-};
-
-/// The weight of a control vertex in the linear limit surface at a parameter, and in its derivatives by (u, v): the
-/// basis function of the vertex there.
-struct JetWeight {
-  double value, u, v, uu, uv, vv;
-};
-/// One row per parameter.
-using JetTable = Stencils<JetWeight>;
+namespace gpsrecon::internal {
 
 /// The weights of some points at a parameter. Kept from one to the next for its memory; one per thread.
 template <int Order>
@@ -76,15 +59,8 @@ class PatchTable {
   /// Throws OptionError for parameters outside their patches.
   void check(std::span<const SurfaceParameter> places) const;
 
-  /// The weights of the control vertices at each parameter, in parallel. The indices of a row ascend, each occurs once.
-  /// Σ value = 1, and Σ = 0 of every derivative, and values are not negative, all to rounding. Apply it with
-  /// apply<T>(table, values, out, context, &JetWeight::u), or to the transpose with add_transposed. Throws OptionError
-  /// for parameters outside their patches. O(1) each, but O(n d) in a face with a vertex of n faces at a parameter
-  /// distance of 2^-d.
+  /// surface_weights(), of this mesh.
   JetTable weights(std::span<const SurfaceParameter> places, const RunContext& context = {}) const;
-
-  /// In parameters of a quadrilateral or triangle of the control mesh; of a patch of other faces it is twice that.
-  static constexpr double extraordinary_offset = 1.0 / 16;
 
   // Leaves, as flat arrays -------------------------------------------------------------------------------------------
 
@@ -202,4 +178,4 @@ class PatchTable {
   std::vector<Index> fan_offsets_, fan_leaves_;
 };
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -8,7 +8,7 @@
 #include <string>
 #include <utility>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 /// Half-edges of the child along half-edge h of the parent: the first half leaves the source of h in the corner
@@ -190,4 +190,4 @@ FaceList refined_quads(const Connectivity& parent, const RunContext& context) {
   return uniform_faces(std::move(corners), 4, context);
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

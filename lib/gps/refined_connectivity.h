@@ -7,7 +7,7 @@
 // of the parent keep their number and the vertex on edge e is vertex_count + e, with either scheme. Precondition of
 // all: the parent is manifold and consistently oriented.
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// Throws InvariantError unless all faces are triangles.
 void check_triangles(const Connectivity& connectivity);
@@ -26,4 +26,4 @@ Connectivity refine_to_quads(const Connectivity& parent, const RunContext& conte
 /// The faces of refine_to_quads(parent) alone. O(n).
 FaceList refined_quads(const Connectivity& parent, const RunContext& context = {});
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -1,7 +1,7 @@
 #include <gpsrecon/gps/refined_parameters.h>
 #include <array>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 /// The corners of a face, in parameters of its patch.
@@ -71,4 +71,4 @@ std::vector<SurfaceParameter> refined_parameters(const FaceList& control, const 
   return places;
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

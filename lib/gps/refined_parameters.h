@@ -4,7 +4,7 @@
 
 // Internal to lib/gps.
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// Where the vertices of a refinement lie on the limit surface: of each the parameter as the first face that uses it
 /// sees it. `refined` are the faces after `levels` steps from `control` as loop_refine or catmull_clark_refine number
@@ -12,4 +12,4 @@ namespace gpsrecon {
 std::vector<SurfaceParameter> refined_parameters(const FaceList& control, const FaceList& refined,
                                                  std::size_t vertex_count, int levels, Scheme scheme);
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -5,7 +5,7 @@
 #include <limits>
 #include <string>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 void check_levels(const Connectivity& control, int levels, const SurfaceRules& rules) {
   if (levels < 0) throw OptionError("levels: " + std::to_string(levels) + " is negative");
@@ -21,4 +21,4 @@ void check_levels(const Connectivity& control, int levels, const SurfaceRules& r
                       " faces are more than can be indexed");
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

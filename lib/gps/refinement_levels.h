@@ -9,7 +9,7 @@
 
 // Internal to lib/gps: uniform refinement with either scheme.
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// A map to nothing.
 struct NoRows {
@@ -120,4 +120,4 @@ class RefinementLevels {
 /// Scheme::catmull_clark and faces of other than four corners, whose limit positions have no masks.
 void check_levels(const Connectivity& control, int levels, const SurfaceRules& rules);
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

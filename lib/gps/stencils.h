@@ -2,6 +2,7 @@
 
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/core/vec.h>
+#include <gpsrecon/gps/surface_weights.h>
 #include <algorithm>
 #include <array>
 #include <concepts>
@@ -12,37 +13,11 @@
 #include <type_traits>
 #include <vector>
 
-namespace gpsrecon {
-
-/// One row of a sparse linear map. A column may occur twice.
-template <class Weight>
-struct Row {
-  std::span<const Index> indices;
-  std::span<const Weight> weights;
-};
+namespace gpsrecon::internal {
 
 /// Where the weights of a row lie among those of all kinds of rows.
 struct Mask {
   std::uint32_t begin = 0, length = 0;
-};
-
-/// A sparse linear map from old vertices (columns) to new ones (rows). Row r has the columns
-/// indices[offsets[r] .. offsets[r + 1]) with as many weights from weights[masks[r]] on: rows of one kind share their
-/// weights, because a subdivision scheme has only one mask per valence.
-template <class W>
-struct Stencils {
-  using Weight = W;
-  std::size_t columns = 0;
-  std::vector<std::uint32_t> offsets{0};
-  std::vector<Index> indices;
-  std::vector<std::uint32_t> masks;
-  std::vector<Weight> weights;
-
-  std::size_t rows() const { return masks.size(); }
-  Row<Weight> row(std::size_t r) const {
-    const std::size_t begin = offsets[r], length = offsets[r + 1] - begin;
-    return {{indices.data() + begin, length}, {weights.data() + masks[r], length}};
-  }
 };
 
 /// Weights of the rows of a map, each kind once.
@@ -260,4 +235,4 @@ std::vector<T> coarsen_values(const RefinementStep<StencilTable, StencilTable>& 
   return coarse;
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -20,6 +20,8 @@
 #include <cmath>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 /// Control edges are halved this often by a tolerance, at most: three times more than by the largest number of levels.

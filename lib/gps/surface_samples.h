@@ -9,7 +9,7 @@
 
 // Internal to lib/gps: positions, normals and deviations of a Gaussian-product surface at the vertices of a level.
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// Which samples are wanted.
 struct SampleOptions {
@@ -98,4 +98,4 @@ SurfaceSamples surface_samples(const LimitRows& limit, const std::vector<DualPoi
   return samples;
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

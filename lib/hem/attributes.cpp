@@ -2,7 +2,7 @@
 
 #include <gpsrecon/core/parallel.h>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 /// The points of component s are point[offset[s] .. offset[s + 1]), ascending.
@@ -40,4 +40,4 @@ void carry_attributes(const PointCloud& cloud, std::span<const Index> component_
   }
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

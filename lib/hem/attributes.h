@@ -5,7 +5,7 @@
 
 // Internal to lib/hem: what points carry besides their positions, handed to the components they became part of.
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// Gives the mixture the colours and scalars of the cloud: component s has those of the points i with component_of[i]
 /// == s, by their weights (core/attributes.h). Every component must have a point. O(n) per column, O(n log n) for
@@ -13,4 +13,4 @@ namespace gpsrecon {
 void carry_attributes(const PointCloud& cloud, std::span<const Index> component_of, Mixture& mixture,
                       const RunContext& context);
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

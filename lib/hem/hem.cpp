@@ -4,6 +4,7 @@
 #include <gpsrecon/hem/hem.h>
 
 #include <gpsrecon/core/bounding_box.h>
+#include <gpsrecon/core/estimate_scale.h>
 #include <gpsrecon/core/gaussian.h>
 #include <gpsrecon/core/neighbors.h>
 #include <gpsrecon/core/parallel.h>
@@ -17,6 +18,8 @@
 #include <string>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 constexpr double covariance_floor = 1e-6;       // smallest eigenvalue, relative to the largest

@@ -9,7 +9,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 /// Largest spacing a point is given, in spacings of the cloud.
@@ -104,4 +104,4 @@ Mixture initial_mixture(const PointCloud& cloud, const Neighbors& index, const K
   return mixture;
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

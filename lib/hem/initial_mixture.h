@@ -1,8 +1,9 @@
 #pragma once
 
+#include <gpsrecon/core/neighbors.h>
 #include <gpsrecon/hem/hem.h>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// Kernel width and sample spacing in the units of the positions.
 struct Kernel {
@@ -16,4 +17,4 @@ struct Kernel {
 Mixture initial_mixture(const PointCloud& cloud, const Neighbors& index, const Kernel& kernel,
                         const HemOptions& options, const RunContext& context);
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -10,7 +10,7 @@
 #include <numeric>
 #include <string>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 /// ln Σ exp(terms), the largest factored out.
@@ -55,4 +55,4 @@ std::vector<double> log_likelihoods(const Mixture& mixture, std::span<const Vec3
   return result;
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 struct LikelihoodOptions {
   double outlier_share = 0.01;
@@ -33,4 +33,4 @@ struct LikelihoodOptions {
 std::vector<double> log_likelihoods(const Mixture& mixture, std::span<const Vec3> points,
                                     const LikelihoodOptions& options = {}, const RunContext& context = {});
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -6,7 +6,7 @@
 
 #include "text.h"
 
-namespace gpsrecon::io {
+namespace gpsrecon::internal::io {
 namespace {
 
 using NameTriple = std::array<std::string_view, 3>;
@@ -98,4 +98,4 @@ std::vector<Color> to_colors(const std::array<std::vector<double>, 3>& columns) 
   return colors;
 }
 
-}  // namespace gpsrecon::io
+}  // namespace gpsrecon::internal::io

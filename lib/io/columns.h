@@ -8,7 +8,7 @@
 
 // Internal to lib/io: what the named columns of points or vertices mean, the same in every format.
 
-namespace gpsrecon::io {
+namespace gpsrecon::internal::io {
 
 /// Indices of the columns that mean something; all others are scalars. Names are compared without regard to case.
 struct ColumnRoles {
@@ -44,4 +44,4 @@ std::vector<Vec3> to_vectors(const std::array<std::vector<double>, 3>& columns);
 /// clamped and NaN is black.
 std::vector<Color> to_colors(const std::array<std::vector<double>, 3>& columns);
 
-}  // namespace gpsrecon::io
+}  // namespace gpsrecon::internal::io

@@ -9,7 +9,7 @@
 // Internal to lib/io: the formats, behind the functions of io.h that pick one of them. Readers throw InputError,
 // writers OutputError.
 
-namespace gpsrecon::io {
+namespace gpsrecon::internal::io {
 
 FileKind probe_ply(const InputFile& file);
 PointCloud read_ply_points(const InputFile& file);
@@ -43,4 +43,4 @@ void write_glb(const Mesh& mesh, const std::string& path);
 
 PointCloud read_pcd(const InputFile& file);
 
-}  // namespace gpsrecon::io
+}  // namespace gpsrecon::internal::io

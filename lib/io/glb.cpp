@@ -13,7 +13,7 @@
 #include "output_file.h"
 #include "precision.h"
 
-namespace gpsrecon::io {
+namespace gpsrecon::internal::io {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -216,4 +216,4 @@ void write_glb(const Mesh& mesh, const std::string& path) {
   out.commit();
 }
 
-}  // namespace gpsrecon::io
+}  // namespace gpsrecon::internal::io

@@ -10,7 +10,7 @@
 #include <cstring>
 #include <vector>
 
-namespace gpsrecon::io {
+namespace gpsrecon::internal::io {
 namespace {
 
 // Bytes on their way in: owned, and never initialised twice.
@@ -119,4 +119,4 @@ std::string quote(std::string_view text) {
   return result + (text.size() > longest ? "...'" : "'");
 }
 
-}  // namespace gpsrecon::io
+}  // namespace gpsrecon::internal::io

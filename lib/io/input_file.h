@@ -8,7 +8,7 @@
 
 // Internal to lib/io: the bytes of a file, and the one way to complain about them.
 
-namespace gpsrecon::io {
+namespace gpsrecon::internal::io {
 
 /// The bytes of an input file, or its first part.
 class InputFile {
@@ -38,4 +38,4 @@ class InputFile {
 /// 'text' with quotes for a message: unprintable characters replaced, long text cut.
 std::string quote(std::string_view text);
 
-}  // namespace gpsrecon::io
+}  // namespace gpsrecon::internal::io

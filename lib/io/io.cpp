@@ -20,6 +20,8 @@
 #include "text.h"
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 using io::InputFile;

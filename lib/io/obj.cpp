@@ -9,7 +9,7 @@
 #include "text.h"
 #include "text_writer.h"
 
-namespace gpsrecon::io {
+namespace gpsrecon::internal::io {
 namespace {
 
 // Records of the format that say nothing about the polygons.
@@ -179,4 +179,4 @@ void write_obj(const Mesh& mesh, const std::string& path) {
   out.commit();
 }
 
-}  // namespace gpsrecon::io
+}  // namespace gpsrecon::internal::io

@@ -7,7 +7,7 @@
 #include "text.h"
 #include "text_writer.h"
 
-namespace gpsrecon::io {
+namespace gpsrecon::internal::io {
 namespace {
 
 // What the rows of vertices hold, told by the letters before "OFF".
@@ -157,4 +157,4 @@ void write_off(const Mesh& mesh, const std::string& path) {
   out.commit();
 }
 
-}  // namespace gpsrecon::io
+}  // namespace gpsrecon::internal::io

@@ -10,7 +10,7 @@
 #include <filesystem>
 #include <utility>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 // Creates a file of a new name in `folder`. The name says nothing of the target's, whose length may be at the limit.
@@ -88,4 +88,4 @@ void OutputFile::fail(const char* action) const {
   throw OutputError(path_ + ": " + action + ": " + std::strerror(errno));
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

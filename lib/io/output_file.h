@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// A file that is either written completely or not at all: data goes to a temporary file in the same folder, which
 /// commit() renames to `path` and the destructor removes. A symbolic link is followed; the permissions of a file that
@@ -34,4 +34,4 @@ class OutputFile {
   std::FILE* file_ = nullptr;
 };
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

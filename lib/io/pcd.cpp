@@ -13,7 +13,7 @@
 #include "pcd_plugin.h"
 #include "text.h"
 
-namespace gpsrecon::io {
+namespace gpsrecon::internal::io {
 namespace {
 
 struct PcdHeader {
@@ -226,4 +226,4 @@ PointCloud read_pcd(const InputFile& file) {
   return cloud;
 }
 
-}  // namespace gpsrecon::io
+}  // namespace gpsrecon::internal::io

@@ -8,7 +8,7 @@
 
 #include "text.h"
 
-namespace gpsrecon::io {
+namespace gpsrecon::internal::io {
 namespace {
 
 static_assert(std::endian::native == std::endian::little || std::endian::native == std::endian::big);
@@ -277,4 +277,4 @@ void read_ply_body(const InputFile& file, const PlyHeader& header, const std::ve
     read_elements(BinaryBody<true>(file, header), header, requests);
 }
 
-}  // namespace gpsrecon::io
+}  // namespace gpsrecon::internal::io

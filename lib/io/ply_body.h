@@ -10,7 +10,7 @@
 
 // Internal to lib/io: the rows of a PLY file, in any encoding.
 
-namespace gpsrecon::io {
+namespace gpsrecon::internal::io {
 
 /// Where the values of one scalar property go: that of row i to real[i * stride], or, clamped to 0..255, to
 /// byte[i * stride].
@@ -35,4 +35,4 @@ struct PlyRequest {
 /// Bytes behind the last row of a binary file are ignored; lines behind that of an ASCII file are an error.
 void read_ply_body(const InputFile& file, const PlyHeader& header, const std::vector<PlyRequest>& requests);
 
-}  // namespace gpsrecon::io
+}  // namespace gpsrecon::internal::io

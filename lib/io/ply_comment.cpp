@@ -7,7 +7,7 @@
 
 #include "text.h"
 
-namespace gpsrecon::io {
+namespace gpsrecon::internal::io {
 namespace {
 
 // Shortest text that reads back as the same double.
@@ -127,4 +127,4 @@ FrameComment find_frame_comment(const InputFile& file, const PlyHeader& header) 
   return {};
 }
 
-}  // namespace gpsrecon::io
+}  // namespace gpsrecon::internal::io

@@ -13,7 +13,7 @@
 // the columns that hold labels; a third, of covariance meshes, "gpsrecon <version> scheme loop|catmull-clark weights
 // loop|warren corners smooth|sharp", the rules of their surface.
 
-namespace gpsrecon::io {
+namespace gpsrecon::internal::io {
 
 struct FrameComment {
   Frame frame;
@@ -40,4 +40,4 @@ std::optional<SurfaceRules> find_rules_comment(const InputFile& file, const PlyH
 /// malformed.
 FrameComment find_frame_comment(const InputFile& file, const PlyHeader& header);
 
-}  // namespace gpsrecon::io
+}  // namespace gpsrecon::internal::io

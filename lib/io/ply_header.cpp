@@ -8,7 +8,7 @@
 
 #include "text.h"
 
-namespace gpsrecon::io {
+namespace gpsrecon::internal::io {
 namespace {
 
 struct TypeName {
@@ -235,4 +235,4 @@ PlyHeader read_ply_header(const InputFile& file) {
   return HeaderParser(file).parse();
 }
 
-}  // namespace gpsrecon::io
+}  // namespace gpsrecon::internal::io

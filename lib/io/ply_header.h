@@ -8,7 +8,7 @@
 
 // Internal to lib/io: the header of a PLY file.
 
-namespace gpsrecon::io {
+namespace gpsrecon::internal::io {
 
 enum class PlyFormat { ascii, little_endian, big_endian };
 
@@ -57,4 +57,4 @@ bool is_ply(const InputFile& file);
 /// file, so memory may be reserved by it. Throws InputError.
 PlyHeader read_ply_header(const InputFile& file);
 
-}  // namespace gpsrecon::io
+}  // namespace gpsrecon::internal::io

@@ -11,7 +11,7 @@
 #include "ply_comment.h"
 #include "text.h"
 
-namespace gpsrecon::io {
+namespace gpsrecon::internal::io {
 namespace {
 
 using ColumnTriple = std::array<std::vector<double>, 3>;
@@ -279,4 +279,4 @@ CovMesh read_ply_covmesh(const InputFile& file, bool manifold) {
   return mesh;
 }
 
-}  // namespace gpsrecon::io
+}  // namespace gpsrecon::internal::io

@@ -16,7 +16,7 @@
 #include "ply_comment.h"
 #include "precision.h"
 
-namespace gpsrecon::io {
+namespace gpsrecon::internal::io {
 namespace {
 
 using NameTriple = std::array<const char*, 3>;
@@ -269,4 +269,4 @@ void write_ply(const Mesh& mesh, const std::string& path, PlyEncoding encoding) 
   write_file(path, encoding, {version_comment()}, positions.size(), columns, &mesh.faces);
 }
 
-}  // namespace gpsrecon::io
+}  // namespace gpsrecon::internal::io

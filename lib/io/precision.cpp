@@ -3,7 +3,7 @@
 #include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/point_cloud.h>
 
-namespace gpsrecon::io {
+namespace gpsrecon::internal::io {
 
 bool float_suffices(const std::vector<Vec3>& positions) {
   const double tolerance = 1e-6 * bounding_box_diagonal(positions);
@@ -12,4 +12,4 @@ bool float_suffices(const std::vector<Vec3>& positions) {
   return true;
 }
 
-}  // namespace gpsrecon::io
+}  // namespace gpsrecon::internal::io

@@ -13,7 +13,7 @@
 #include "output_file.h"
 #include "text.h"
 
-namespace gpsrecon::io {
+namespace gpsrecon::internal::io {
 namespace {
 
 constexpr std::size_t header_size = 80;
@@ -198,4 +198,4 @@ void write_stl(const Mesh& mesh, const std::string& path) {
   out.commit();
 }
 
-}  // namespace gpsrecon::io
+}  // namespace gpsrecon::internal::io

@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <string>
 
-namespace gpsrecon::io {
+namespace gpsrecon::internal::io {
 namespace {
 
 bool is_blank(char c) {
@@ -90,4 +90,4 @@ bool same_word(std::string_view word, std::string_view lower_case) {
                     [](char a, char b) { return (a >= 'A' && a <= 'Z' ? a - 'A' + 'a' : a) == b; });
 }
 
-}  // namespace gpsrecon::io
+}  // namespace gpsrecon::internal::io

@@ -7,7 +7,7 @@
 // Internal to lib/io: lines, fields and numbers of text files. Lines end with "\n", "\r\n", or (in files without any
 // "\n") "\r".
 
-namespace gpsrecon::io {
+namespace gpsrecon::internal::io {
 
 /// Walks over the lines of a text.
 class LineReader {
@@ -65,4 +65,4 @@ bool is_integer(double value);
 /// Compares without regard to the case of ASCII letters; `lower_case` is in lower case.
 bool same_word(std::string_view word, std::string_view lower_case);
 
-}  // namespace gpsrecon::io
+}  // namespace gpsrecon::internal::io

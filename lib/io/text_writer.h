@@ -8,7 +8,7 @@
 
 // Internal to lib/io: numbers to text files.
 
-namespace gpsrecon::io {
+namespace gpsrecon::internal::io {
 
 /// Writes text and numbers, the latter in the shortest form that reads back as the same number.
 class TextWriter {
@@ -33,4 +33,4 @@ class TextWriter {
   OutputFile file_;
 };
 
-}  // namespace gpsrecon::io
+}  // namespace gpsrecon::internal::io

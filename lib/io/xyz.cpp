@@ -7,7 +7,7 @@
 #include "formats.h"
 #include "text.h"
 
-namespace gpsrecon::io {
+namespace gpsrecon::internal::io {
 namespace {
 
 // Commas may be decimal marks where semicolons separate; then they are no numbers and an error, not a wrong column.
@@ -130,4 +130,4 @@ PointCloud read_xyz(const InputFile& file) {
   return cloud_of_table(std::move(table), roles);
 }
 
-}  // namespace gpsrecon::io
+}  // namespace gpsrecon::internal::io

@@ -21,6 +21,8 @@
 #include <string>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 constexpr std::uint64_t align_stream = 0x616C69676E;

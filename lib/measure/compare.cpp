@@ -20,6 +20,8 @@
 #include <string>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 /// Random streams of the samples on the two surfaces.

@@ -18,6 +18,8 @@
 #include <string>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 using Kernel = CGAL::Simple_cartesian<double>;

@@ -10,7 +10,7 @@
 #include <cmath>
 #include <vector>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 /// In median offsets: 4.7 standard deviations of normal noise.
@@ -98,4 +98,4 @@ HeldOutError held_out_error(const Mesh& mesh, std::span<const Vec3> points, cons
   return error;
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

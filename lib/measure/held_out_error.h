@@ -4,7 +4,7 @@
 #include <gpsrecon/core/run_context.h>
 #include <span>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// How far a surface is from the one that points were measured on, without knowing that one.
 struct HeldOutError {
@@ -26,4 +26,4 @@ struct HeldOutError {
 /// Positions in the frame of the mesh. O(n log n). Throws InvariantError as SurfaceDistance, Cancelled.
 HeldOutError held_out_error(const Mesh& mesh, std::span<const Vec3> points, const RunContext& context = {});
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -10,6 +10,8 @@
 
 namespace gpsrecon {
 
+using namespace internal;
+
 bool is_closed(const Topology& t) {
   return t.faces > 0 && t.boundary_edges == 0 && t.manifold();
 }

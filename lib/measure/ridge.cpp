@@ -10,7 +10,7 @@
 #include <limits>
 #include <string>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 /// A mixture, ready to be evaluated.
@@ -138,4 +138,4 @@ RidgeDistance ridge_distance(std::span<const Vec3> points, std::span<const Ridge
   return {statistics(distances, {}, context), points.size() - distances.size()};
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

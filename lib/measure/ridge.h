@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 // The density ridge of a mixture f: the surface of the points at which f is largest across the surface, that is, the
 // gradient of f has no part along v, the direction in which ln f is curved downward most (the eigenvector of
@@ -53,4 +53,4 @@ struct RidgeDistance {
 RidgeDistance ridge_distance(std::span<const Vec3> points, std::span<const RidgePoint> found,
                              const RunContext& context = {});
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

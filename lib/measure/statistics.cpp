@@ -8,6 +8,8 @@
 #include <string>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 void check(std::span<const double> values, std::span<const double> weights) {

@@ -11,7 +11,7 @@
 #include <numbers>
 #include <string>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 /// Share of the budget that goes to the mixture; the fit spends the rest.
@@ -288,4 +288,4 @@ std::optional<ScaleCheckReport> check_scale(const PreparedCloud& cloud, const Re
   return check;
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

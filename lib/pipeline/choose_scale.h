@@ -2,7 +2,7 @@
 
 #include <gpsrecon/pipeline/reconstruct.h>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// The kernel that a budget or a bound of the error leads to.
 struct ScaleChoice {
@@ -31,4 +31,4 @@ ScaleChoice choose_scale(const PreparedCloud& cloud, const ReconstructOptions& o
 std::optional<ScaleCheckReport> check_scale(const PreparedCloud& cloud, const ReconstructOptions& options,
                                             const RunContext& context);
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

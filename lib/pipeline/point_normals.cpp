@@ -14,6 +14,8 @@
 #include <string>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 /// Normals at the distinct points, from those that are not isolated.

@@ -8,6 +8,8 @@
 #include <gpsrecon/pipeline/choose_scale.h>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 /// The context of a run, with a record of its own where the caller keeps none.

@@ -4,7 +4,7 @@
 #include <fstream>
 #include <vector>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 std::string FileHash::hex() const {
   std::string digits(16, '0');
@@ -25,4 +25,4 @@ std::string hash_file(const std::string& path) {
   return hash.hex();
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

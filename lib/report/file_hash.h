@@ -4,7 +4,7 @@
 #include <span>
 #include <string>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// 64-bit FNV-1a (Fowler, Noll, Vo): tells files apart, is no protection against forgery.
 class FileHash {
@@ -23,4 +23,4 @@ class FileHash {
 /// The hash of a file's bytes. O(size). Throws InputError naming the file if it cannot be read.
 std::string hash_file(const std::string& path);
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -12,6 +12,8 @@
 #include <limits>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();

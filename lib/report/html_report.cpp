@@ -15,6 +15,8 @@
 #include <numeric>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 /// Colours of the 3-D view: classes of error, and one more for vertices without.

@@ -14,7 +14,7 @@
 EMBED(html_page, "report.html");
 EMBED(html_viewer, "viewer.min.js");
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 std::string_view html_page() {
   return {gpsrecon_html_page, gpsrecon_html_page_end};
@@ -24,4 +24,4 @@ std::string_view html_viewer() {
   return {gpsrecon_html_viewer, gpsrecon_html_viewer_end};
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -10,7 +10,7 @@
 #include <cmath>
 #include <limits>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 View good_view(const Mesh& mesh) {
   // The shape is flattest along the smallest axis: seen along it, most of it shows.
@@ -93,4 +93,4 @@ std::string to_bitmap(const Picture& picture) {
   return bytes;
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

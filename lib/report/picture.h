@@ -3,7 +3,7 @@
 #include <gpsrecon/core/mesh.h>
 #include <string>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// A picture, row by row from the top.
 struct Picture {
@@ -25,4 +25,4 @@ Picture draw(const Mesh& mesh, const View& view, std::size_t width, std::size_t 
 /// The bytes of a Windows bitmap of 24 bits, which every browser shows.
 std::string to_bitmap(const Picture& picture);
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -8,6 +8,8 @@
 #include <nlohmann/json.hpp>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 using Json = nlohmann::ordered_json;

@@ -8,7 +8,7 @@
 
 #include "gyroid.h"
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 constexpr double gyroid_radius = 4.5;
@@ -166,4 +166,4 @@ TurnedBall make_workpiece() {
   return solid;
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

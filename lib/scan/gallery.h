@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// A shape that has a name.
 struct GalleryShape {
@@ -25,4 +25,4 @@ std::unique_ptr<const Shape> make_shape(const std::string& name);
 /// of the coordinate axes: genus 1.
 TurnedBall make_workpiece();
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

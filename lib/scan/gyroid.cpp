@@ -13,7 +13,7 @@
 
 #include "shape_meshing.h"
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 constexpr double sample_cell = 0.12;         ///< of the net of samples; they lie no farther apart than about this
@@ -204,4 +204,4 @@ Mesh Gyroid::mesh(double tolerance) const {
   return net(std::min(sample_cell, std::sqrt(8 * tolerance / curvature_) / 1.7));
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

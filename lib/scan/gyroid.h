@@ -4,7 +4,7 @@
 #include <gpsrecon/scan/shapes.h>
 #include <memory>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// One labyrinth of the gyroid (Schoen 1970) inside a ball, all edges rounded: the solid f < 0 with the smooth maximum
 /// f = (a + b + sqrt((a - b)² + w²)) / 2 of a = (sin x cos y + sin y cos z + sin z cos x) / √3 and b = (|p|² - R²) /
@@ -35,4 +35,4 @@ class Gyroid final : public Shape {
   std::unique_ptr<Neighbors> nearest_sample_;
 };
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

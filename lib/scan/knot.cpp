@@ -9,7 +9,7 @@
 #include "shape_meshing.h"
 #include "shapes.h"
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 constexpr std::size_t sample_count = 512, run = 16;
@@ -159,4 +159,4 @@ Mesh Knot::mesh(double tolerance) const {
   return mesh;
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

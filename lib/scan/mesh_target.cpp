@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 using Kernel = CGAL::Simple_cartesian<double>;
@@ -77,4 +77,4 @@ std::optional<SurfaceHit> MeshTarget::first_hit(const Vec3& origin, const Vec3& 
   return SurfaceHit{origin + normal.dot(a - start) / slope * direction, normal};
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -4,7 +4,7 @@
 #include <gpsrecon/scan/scan_target.h>
 #include <memory>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// A mesh to be scanned: rays against its triangles, found with CGAL's tree of axis-aligned boxes. Polygons are split
 /// into fans from their first corner; faces without area are never hit. The normal of a hit is that of its triangle.
@@ -30,4 +30,4 @@ class MeshTarget final : public ScanTarget {
   double diagonal_;
 };
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

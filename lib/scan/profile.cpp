@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 double cross(const Vec2& a, const Vec2& b) {
@@ -149,4 +149,4 @@ std::vector<Vec2> Profile::sample(double tolerance) const {
   return points;
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -4,7 +4,7 @@
 #include <Eigen/Geometry>
 #include <vector>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// A point of the plane; of profiles that are turned about an axis (ρ, z): ρ >= 0 is the distance from the axis, z the
 /// height along it.
@@ -77,4 +77,4 @@ class Profile {
 /// none spans more than a third of a circle).
 std::size_t chords(double radius, double angle, double tolerance);
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

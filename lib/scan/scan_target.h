@@ -3,7 +3,7 @@
 #include <gpsrecon/core/vec.h>
 #include <optional>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// Where a ray meets a surface.
 struct SurfaceHit {
@@ -27,4 +27,4 @@ class ScanTarget {
   virtual double diagonal() const = 0;
 };
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
@@ -89,4 +89,4 @@ std::vector<std::array<Index, 3>> triangulate_region(const std::vector<Vec2>& po
   return triangles;
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -7,7 +7,7 @@
 
 // What the shapes build their meshes with.
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// Adds two triangles, or what is left of them where corners coincide.
 void add_quad(Mesh& mesh, Index a, Index b, Index c, Index d);
@@ -24,4 +24,4 @@ std::vector<Ring> sweep(Mesh& mesh, const std::vector<Vec2>& chain, const Vec3& 
 std::vector<std::array<Index, 3>> triangulate_region(const std::vector<Vec2>& points,
                                                      const std::vector<std::vector<Index>>& polygons);
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -9,7 +9,7 @@
 
 #include "shape_meshing.h"
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 /// The half-plane through an axis and a point, in which the profiles of turned surfaces live. As every profile keeps to
@@ -383,4 +383,4 @@ Mesh TurnedBall::mesh(double tolerance) const {
   return mesh;
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

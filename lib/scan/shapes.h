@@ -8,7 +8,7 @@
 // Surfaces whose distance to any point is known exactly, as truth for virtual scans and tests. They are centred on the
 // origin and have no unit.
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// The point of a surface that is closest to another point p.
 struct ShapePoint {
@@ -164,4 +164,4 @@ class TurnedBall final : public Shape {
   std::vector<Cap> caps_;
 };
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

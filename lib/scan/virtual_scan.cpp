@@ -2,6 +2,7 @@
 
 #include "virtual_scan.h"
 
+#include <gpsrecon/core/numbers.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/core/random.h>
 #include <Eigen/Geometry>
@@ -11,7 +12,7 @@
 #include <optional>
 #include <sstream>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 /// What random numbers are drawn for; each purpose has a stream of its own.
@@ -266,4 +267,4 @@ VirtualScan virtual_scan(const ScanTarget& target, const ScanOptions& options, c
   return result;
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

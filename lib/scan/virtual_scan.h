@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// How a surface is scanned: by cameras placed evenly around it that look at its centre, each measuring the distance
 /// along the rays of a cone around it. Lengths may be given as shares of the diagonal of the surface's bounding box and
@@ -99,4 +99,4 @@ struct VirtualScan {
 /// meets the surface at a sufficient angle; Cancelled.
 VirtualScan virtual_scan(const ScanTarget& target, const ScanOptions& options = {}, const RunContext& context = {});
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

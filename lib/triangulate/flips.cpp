@@ -1,13 +1,15 @@
 // Edge flips by the plausibility of Preiner et al. 2019, Eq. 20-22, as Lawson 1977 flips by angles.
 
 #include <gpsrecon/triangulate/flips.h>
+
+#include <gpsrecon/core/numbers.h>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <vector>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 /// A gain below this is rounding.
@@ -97,4 +99,4 @@ std::size_t flip_edges(GrowingSurface& surface, const OverlapGraph& graph, const
   return Flipper(surface, graph, radians(options.min_dihedral)).run();
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

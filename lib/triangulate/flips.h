@@ -5,7 +5,7 @@
 #include <gpsrecon/triangulate/overlap_graph.h>
 #include <gpsrecon/triangulate/triangulate.h>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// Flips interior edges as long as that raises the grade of the surface, Σ ln BC + ln(β/π) over its edges, β the
 /// dihedral angle at each (π without a second triangle). An edge is flipped only to another pair that overlaps, if both
@@ -14,4 +14,4 @@ namespace gpsrecon {
 /// the triangles, so it is deterministic. Returns the number of flips.
 std::size_t flip_edges(GrowingSurface& surface, const OverlapGraph& graph, const TriangulateOptions& options);
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -4,6 +4,7 @@
 
 #include <gpsrecon/triangulate/front.h>
 
+#include <gpsrecon/core/numbers.h>
 #include <gpsrecon/core/parallel.h>
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -11,7 +12,7 @@
 #include <numbers>
 #include <queue>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 /// Cosine between a triangle and the outer side of a corner: a triangle at right angles to a crease may lean over a
@@ -369,4 +370,4 @@ void grow_front(GrowingSurface& surface, const OverlapGraph& graph, const Sheets
   Front(surface, graph, sheets, options, context).grow();
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

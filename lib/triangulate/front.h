@@ -6,7 +6,7 @@
 #include <gpsrecon/triangulate/triangulate.h>
 #include <optional>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// Per component the unit normal of the sheet it lies in, or zero where it is not flat, as on creases, tips and
 /// outliers: without the kernel σ0² its smallest deviation is more than half the middle one.
@@ -56,4 +56,4 @@ class TriangleJudge {
 void grow_front(GrowingSurface& surface, const OverlapGraph& graph, const Sheets& sheets,
                 const TriangulateOptions& options, const RunContext& context);
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -2,7 +2,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 /// Index of v in t; t contains v.
@@ -121,4 +121,4 @@ FaceList GrowingSurface::faces() const {
   return faces;
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

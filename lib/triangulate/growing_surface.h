@@ -4,7 +4,7 @@
 #include <array>
 #include <vector>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// Triangles over fixed vertices, added and removed one by one, with the adjacency that a growing front needs. Always
 /// edge-manifold and consistently oriented: each half-edge belongs to at most one triangle.
@@ -62,4 +62,4 @@ class GrowingSurface {
   std::vector<std::vector<Index>> around_;
 };
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -11,7 +11,7 @@
 #include <optional>
 #include <tuple>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 using Loop = std::vector<Index>;
@@ -233,4 +233,4 @@ std::vector<std::vector<Index>> handle_loops(const std::vector<Vec3>& positions,
   return sorted;
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -4,7 +4,7 @@
 #include <gpsrecon/core/run_context.h>
 #include <vector>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// Sum of the genera of the connected components of a manifold, oriented surface: the number of its handles.
 std::size_t genus(const Connectivity& connectivity);
@@ -18,4 +18,4 @@ std::size_t genus(const Connectivity& connectivity);
 std::vector<std::vector<Index>> handle_loops(const std::vector<Vec3>& positions, const FaceList& faces,
                                              std::size_t max_edges, const RunContext& context = {});
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

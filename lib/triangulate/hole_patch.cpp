@@ -11,7 +11,7 @@
 #include <iterator>
 #include <utility>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 namespace pmp = CGAL::Polygon_mesh_processing;
@@ -367,4 +367,4 @@ FaceList HolePatcher::faces() const {
   return faces;
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

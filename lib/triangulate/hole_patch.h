@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// What closes a hole.
 struct HolePatch {
@@ -61,4 +61,4 @@ class HolePatcher {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

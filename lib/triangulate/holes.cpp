@@ -12,7 +12,7 @@
 #include <limits>
 #include <optional>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 /// Weight of a vertex that stands for no point: positive, as weights have to be, and below what any sum shows.
@@ -234,4 +234,4 @@ Mending mend(CovMesh& mesh, const Connectivity& connectivity, std::vector<Index>
   return result;
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

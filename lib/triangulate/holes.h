@@ -4,7 +4,7 @@
 #include <gpsrecon/triangulate/triangulate.h>
 #include <vector>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// What was done to a surface, and what became of its boundary loops.
 struct Mending {
@@ -25,4 +25,4 @@ struct Mending {
 Mending mend(CovMesh& mesh, const Connectivity& connectivity, std::vector<Index>& component_of_vertex,
              const Mixture& mixture, const TriangulateOptions& options, const RunContext& context = {});
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

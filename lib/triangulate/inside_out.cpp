@@ -6,7 +6,7 @@
 #include <gpsrecon/triangulate/sheet_forest.h>
 #include <algorithm>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 /// Smaller patches are left to the closing of pinholes.
@@ -90,4 +90,4 @@ std::size_t turn_inside_out(GrowingSurface& surface, const OverlapGraph& graph,
   return turned;
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -2,7 +2,7 @@
 
 #include <gpsrecon/core/order_statistics.h>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 std::vector<Index> light_components(const Mixture& mixture, const OverlapGraph& graph, double share) {
   std::vector<Index> light;
@@ -22,4 +22,4 @@ OverlapGraph without(const OverlapGraph& graph, const std::vector<Index>& compon
   return kept_links(graph, [&](Index i, Index j) { return !dropped[i] && !dropped[j]; });
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 /// Trees whose light differs, between the sides, by less than what half a fully exposed component gets have no say.
@@ -105,4 +105,4 @@ OverlapGraph without_opposed(const OverlapGraph& graph, const std::vector<Vec3>&
   return kept_links(graph, [&](Index i, Index j) { return outer_normals[i].dot(outer_normals[j]) >= opposed; });
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -4,7 +4,7 @@
 #include <gpsrecon/triangulate/overlap_graph.h>
 #include <vector>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// Per component of a mixture a unit normal to the outer side of the surface, by ambient occlusion (exposure.h):
 /// zero where that is unknown, and on surfaces that are not closed, whose two sides are both outer ones. The normals of
@@ -20,4 +20,4 @@ std::vector<Vec3> outer_normals(const Mixture& mixture, const OverlapGraph& grap
 /// The graph without the links between components that face opposite ways (by more than 120°).
 OverlapGraph without_opposed(const OverlapGraph& graph, const std::vector<Vec3>& outer_normals);
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -6,7 +6,7 @@
 #include <gpsrecon/core/parallel.h>
 #include <algorithm>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 constexpr std::size_t components_per_block = 256;
@@ -74,4 +74,4 @@ OverlapGraph overlap_graph(const Mixture& mixture, double min_overlap, const Run
   return graph;
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

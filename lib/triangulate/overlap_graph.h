@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// Pairs of Gaussians that overlap enough to share an edge, as sorted adjacency lists.
 struct OverlapGraph {
@@ -39,4 +39,4 @@ OverlapGraph kept_links(const OverlapGraph& graph, const Keep& keep) {
   return kept;
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -3,7 +3,7 @@
 #include <gpsrecon/core/mesh_topology.h>
 #include <algorithm>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 std::size_t split_vertices(Mixture& vertices, std::vector<Index>& component_of_vertex, FaceList& faces,
                            Connectivity& connectivity) {
@@ -130,4 +130,4 @@ Specks drop_specks(const Mixture& vertices, const OverlapGraph& graph, FaceList&
   return specks;
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

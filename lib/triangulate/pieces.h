@@ -4,7 +4,7 @@
 #include <gpsrecon/triangulate/overlap_graph.h>
 #include <vector>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 // `connectivity` is that of `faces`, before and after.
 
@@ -24,4 +24,4 @@ struct Specks {
 Specks drop_specks(const Mixture& vertices, const OverlapGraph& graph, FaceList& faces, Connectivity& connectivity,
                    double min_share);
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

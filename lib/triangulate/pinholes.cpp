@@ -1,12 +1,13 @@
 #include <gpsrecon/triangulate/pinholes.h>
 
 #include <gpsrecon/core/mesh_topology.h>
+#include <gpsrecon/core/numbers.h>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>
 #include <numbers>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 /// The edge of the surface's boundary that bounds the same gap at v as the boundary edge from -> v: the first one met
@@ -281,4 +282,4 @@ std::size_t close_pinholes(GrowingSurface& surface, const Mixture& mixture, cons
   return closed;
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 namespace {
 
 /// Normals at a larger angle say little about each other's sign.
@@ -28,4 +28,4 @@ std::vector<SheetLink> sheet_links(const OverlapGraph& graph, std::span<const Ve
   return links;
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// Two Gaussians of one sheet, and how their normals relate.
 struct SheetLink {
@@ -18,4 +18,4 @@ struct SheetLink {
 /// Gaussians). Components with a zero normal are left out. O(n k log n).
 std::vector<SheetLink> sheet_links(const OverlapGraph& graph, std::span<const Vec3> normals);
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

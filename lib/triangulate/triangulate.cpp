@@ -4,6 +4,7 @@
 
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/mesh_topology.h>
+#include <gpsrecon/core/numbers.h>
 #include <gpsrecon/core/orient.h>
 #include <gpsrecon/triangulate/flips.h>
 #include <gpsrecon/triangulate/front.h>
@@ -20,6 +21,8 @@
 #include <string>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 /// Keeps the vertices that faces use, in order, and renumbers the corners. Returns the old numbers of those kept.

@@ -7,6 +7,8 @@
 #include "gps/meshes.h"
 
 namespace gpsrecon::test {
+
+using namespace internal;
 namespace {
 
 /// 18,000 control vertices.

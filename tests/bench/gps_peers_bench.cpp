@@ -18,6 +18,8 @@
 #endif
 
 namespace gpsrecon::test {
+
+using namespace internal;
 namespace {
 
 struct DoubleTraits : OpenMesh::DefaultTraits {

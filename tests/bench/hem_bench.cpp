@@ -6,6 +6,8 @@
 #include <support/shapes.h>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 /// A noisy scan of a torus, in random order and world coordinates.

@@ -6,6 +6,8 @@
 #include "measure/shapes.h"
 
 namespace gpsrecon::test {
+
+using namespace internal;
 namespace {
 
 /// Points around the unit sphere with noise of 0.1 % of its diagonal.

@@ -27,6 +27,8 @@
 #include <string>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 using Json = nlohmann::ordered_json;

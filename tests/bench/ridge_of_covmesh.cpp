@@ -17,6 +17,7 @@ namespace {
 
 void measure(const char* in, std::size_t count, const char* out) {
   using namespace gpsrecon;
+  using namespace gpsrecon::internal;
   const CovMesh covmesh = read_covmesh(in);
   SubdivideOptions options;
   options.levels = 3;

@@ -6,6 +6,8 @@
 #include <support/shapes.h>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 /// The mixture of a noisy scan of a torus.

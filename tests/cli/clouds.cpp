@@ -6,6 +6,8 @@
 #include <numbers>
 
 namespace gpsrecon::test {
+
+using namespace internal;
 namespace {
 
 constexpr std::uint64_t seed = 20;

@@ -10,6 +10,8 @@
 #include <numbers>
 
 namespace gpsrecon::test {
+
+using namespace internal;
 namespace {
 
 Mixture three_gaussians() {

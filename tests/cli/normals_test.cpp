@@ -9,6 +9,8 @@
 #include "process.h"
 
 namespace gpsrecon::test {
+
+using namespace internal;
 namespace {
 
 using testing::AllOf;

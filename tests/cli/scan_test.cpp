@@ -13,6 +13,8 @@
 #include "process.h"
 
 namespace gpsrecon::test {
+
+using namespace internal;
 namespace {
 
 using testing::HasSubstr;

@@ -12,6 +12,8 @@
 #include "support/shapes.h"
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 using test::Random;

@@ -9,6 +9,8 @@
 #include "support/shapes.h"
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 using test::Random;

@@ -8,6 +8,8 @@
 #include <set>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 using test::Random;

@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <gpsrecon/clop/kernel.h>
 #include <gpsrecon/clop/project.h>
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/neighbors.h>
@@ -11,6 +12,8 @@
 #include <cstring>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 using test::Random;

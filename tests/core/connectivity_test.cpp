@@ -14,6 +14,8 @@
 #include "support/random_sequence.h"
 
 namespace gpsrecon::test {
+
+using namespace internal;
 namespace {
 
 using testing::HasSubstr;

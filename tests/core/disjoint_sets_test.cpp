@@ -5,6 +5,8 @@
 #include "support/random_sequence.h"
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 TEST(DisjointSets, KeepSignsThroughAnyOrderOfJoins) {

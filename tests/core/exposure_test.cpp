@@ -4,6 +4,8 @@
 #include <support/shapes.h>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 /// Light on the side of the given normals, and on the other.

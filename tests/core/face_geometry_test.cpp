@@ -7,6 +7,8 @@
 #include "support/random_sequence.h"
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 TEST(AreaVector, OfARegularPolygonIsItsAxisTimesTwiceItsArea) {

@@ -9,6 +9,8 @@
 #include "support/random_sequence.h"
 
 namespace gpsrecon::test {
+
+using namespace internal;
 namespace {
 
 FactoredGaussian random_gaussian(RandomSequence& random, double low = 0.05, double high = 1) {
@@ -52,7 +54,7 @@ TEST(LogDensity, IsTheFormula) {
 }
 
 double kl_divergence(const FactoredGaussian& a, const FactoredGaussian& b) {
-  return gpsrecon::kl_divergence(expected_squared_mahalanobis(b.precision, a.mean - b.mean, a.covariance),
+  return internal::kl_divergence(expected_squared_mahalanobis(b.precision, a.mean - b.mean, a.covariance),
                                  a.log_determinant, b.log_determinant);
 }
 

@@ -5,6 +5,8 @@
 #include "support/random_sequence.h"
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 // Origins and places on a grid of 2^-10 within 2^10: every change of frame is exact, so all comparisons are of bits.

@@ -8,6 +8,8 @@
 #include "support/random_sequence.h"
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 using testing::HasSubstr;

@@ -9,6 +9,8 @@
 #include "support/random_sequence.h"
 
 namespace gpsrecon::test {
+
+using namespace internal;
 namespace {
 
 std::vector<Neighbor> all_sorted(const std::vector<Vec3>& points, const Vec3& query) {

@@ -6,6 +6,8 @@
 #include "support/random_sequence.h"
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 TEST(ToText, ReadsBackAsTheSameNumber) {

@@ -11,6 +11,8 @@
 #include "support/random_sequence.h"
 
 namespace gpsrecon::test {
+
+using namespace internal;
 namespace {
 
 using OpenMesh::FaceHandle;

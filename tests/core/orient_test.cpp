@@ -6,12 +6,14 @@
 #include <bit>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 // With the connectivity of the faces, which is to stay that.
 std::size_t orient(const Mixture& vertices, FaceList& faces, const std::optional<Vec3>& sensor) {
   Connectivity connectivity = build_connectivity(faces, vertices.size());
-  const std::size_t turned = gpsrecon::orient(vertices, faces, connectivity, sensor);
+  const std::size_t turned = internal::orient(vertices, faces, connectivity, sensor);
   EXPECT_EQ(connectivity.corners, faces.corners);
   return turned;
 }
@@ -19,7 +21,7 @@ std::size_t orient(const Mixture& vertices, FaceList& faces, const std::optional
 std::size_t orient_by_vote(const Mixture& vertices, FaceList& faces, const PointCloud& cloud,
                            std::span<const Vec3> directions) {
   Connectivity connectivity = build_connectivity(faces, vertices.size());
-  const std::size_t turned = gpsrecon::orient_by_vote(vertices, faces, connectivity, cloud, directions);
+  const std::size_t turned = internal::orient_by_vote(vertices, faces, connectivity, cloud, directions);
   EXPECT_EQ(connectivity.corners, faces.corners);
   return turned;
 }

@@ -16,6 +16,8 @@
 #include <thread>
 
 namespace gpsrecon::test {
+
+using namespace internal;
 namespace {
 
 RunContext with_threads(int threads) {

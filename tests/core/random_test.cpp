@@ -10,6 +10,8 @@
 #include <vector>
 
 namespace gpsrecon::test {
+
+using namespace internal;
 namespace {
 
 /// Pearson's statistic of counts that should be equal.

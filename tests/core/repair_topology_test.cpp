@@ -9,6 +9,8 @@
 #include "support/random_sequence.h"
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 FaceList faces_of(const std::vector<std::vector<Index>>& list) {

@@ -9,6 +9,8 @@
 #include <vector>
 
 namespace gpsrecon::test {
+
+using namespace internal;
 namespace {
 
 /// Works until the process has used this much more processor time.

@@ -7,6 +7,8 @@
 #include <limits>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 std::size_t count(const Mesh& mesh) {

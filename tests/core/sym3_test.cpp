@@ -9,6 +9,8 @@
 #include "support/random_sequence.h"
 
 namespace gpsrecon::test {
+
+using namespace internal;
 namespace {
 
 double distance(const Sym3& a, const Mat3& b) {

@@ -8,6 +8,8 @@
 #include "support/shapes.h"
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 struct Control {

@@ -11,6 +11,8 @@
 #include "triangulate/mesh_checks.h"
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 using test::max_distance;

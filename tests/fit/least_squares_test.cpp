@@ -8,6 +8,8 @@
 #include "fit/surfaces.h"
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 using Eigen::MatrixXd, Eigen::VectorXd;

@@ -12,6 +12,8 @@
 #include "triangulate/mesh_checks.h"
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 Connectivity connectivity(const CovMesh& mesh) {

@@ -7,6 +7,8 @@
 #include "fit/surfaces.h"
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 using test::sphere_cloud;

@@ -12,6 +12,8 @@
 /// Covariance meshes with the points they are to be fitted to.
 namespace gpsrecon::test {
 
+using namespace internal;
+
 /// Discs tangent to the unit sphere at the vertices of a triangulated sphere of radius `radius`.
 inline CovMesh sphere_mesh(int level, double radius) {
   const Mesh round = sphere(level);

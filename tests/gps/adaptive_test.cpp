@@ -18,6 +18,8 @@
 #include "support/temporary_folder.h"
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 using namespace test;

@@ -11,6 +11,8 @@
 #include "meshes.h"
 
 namespace gpsrecon::test {
+
+using namespace internal;
 namespace {
 
 using testing::IsNan;

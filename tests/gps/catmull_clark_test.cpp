@@ -16,6 +16,8 @@
 // arbitrary places in opensubdiv_evaluate_test.cpp.
 
 namespace gpsrecon::test {
+
+using namespace internal;
 namespace {
 
 constexpr SurfaceRules catmull_clark{.scheme = Scheme::catmull_clark};

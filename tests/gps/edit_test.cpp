@@ -10,6 +10,8 @@
 #include "meshes.h"
 
 namespace gpsrecon::test {
+
+using namespace internal;
 namespace {
 
 using testing::HasSubstr;

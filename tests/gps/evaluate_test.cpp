@@ -16,6 +16,8 @@
 #include "gps/surface_shapes.h"
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 using namespace test;

@@ -12,6 +12,8 @@
 #include "support/data_files.h"
 
 namespace gpsrecon::test {
+
+using namespace internal;
 namespace {
 
 /// The vertices of a level themselves, by Warren's weights.

@@ -10,6 +10,8 @@
 #include "meshes.h"
 
 namespace gpsrecon::test {
+
+using namespace internal;
 namespace {
 
 double distance(const Sym3& a, const Sym3& b) {

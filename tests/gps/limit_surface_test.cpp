@@ -9,6 +9,8 @@
 #include "gps/meshes.h"
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 using test::max_distance;

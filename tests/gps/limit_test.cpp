@@ -8,6 +8,8 @@
 #include "meshes.h"
 
 namespace gpsrecon::test {
+
+using namespace internal;
 namespace {
 
 /// The faces around one vertex (0) with a value at every vertex. The values of the fan at the next level depend only on

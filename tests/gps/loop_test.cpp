@@ -17,6 +17,8 @@
 #include "meshes.h"
 
 namespace gpsrecon::test {
+
+using namespace internal;
 namespace {
 
 struct Named {

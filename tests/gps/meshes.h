@@ -15,6 +15,8 @@
 
 namespace gpsrecon::test {
 
+using namespace internal;
+
 inline Mesh make_mesh(std::vector<Vec3> positions, const std::vector<std::array<Index, 3>>& triangles) {
   Mesh mesh;
   mesh.positions = std::move(positions);

@@ -15,6 +15,8 @@
 #include "support/data_files.h"
 
 namespace gpsrecon::test {
+
+using namespace internal;
 namespace {
 
 /// Irregular vertices are isolated to this depth; farther from them OpenSubdiv is exact.
@@ -76,7 +78,7 @@ void expect_agreement(const Mesh& mesh, const SurfaceRules& rules, std::size_t p
       if (points[i].uu.dot(uu[i].p) + points[i].uv.dot(uv[i].p) + points[i].vv.dot(vv[i].p) < 0) factors[i] = -1;
   }
   // The weights of both, vertex by vertex.
-  const JetTable weights = ours.patches().weights(places);
+  const JetTable weights = ours.weights(places);
   std::array<double, 6> largest{}, errors{};
   for (std::size_t i = 0; i < n; ++i) {
     const auto theirs = table->GetLimitStencil(static_cast<Far::Index>(i));

@@ -12,6 +12,8 @@
 #include "polygon_shapes.h"
 
 namespace gpsrecon::test {
+
+using namespace internal;
 namespace {
 
 constexpr int levels = 2;

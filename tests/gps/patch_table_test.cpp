@@ -16,6 +16,8 @@
 #include "gps/surface_shapes.h"
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 using namespace test;
@@ -98,8 +100,8 @@ TEST_P(BasisFunctions, SumToOneAndTheirDerivativesToZero) {
 TEST_P(BasisFunctions, GiveTheSurfaceThroughTheGaussianProduct) {
   const CovMesh covmesh = control();
   const SurfaceEvaluator surface(covmesh);
-  const std::vector<SurfaceParameter> at = places(surface.patches());
-  const JetTable weights = surface.patches().weights(at);
+  const std::vector<SurfaceParameter> at = places(table());
+  const JetTable weights = surface.weights(at);
   std::vector<DualPoint> dual;
   for (std::size_t v = 0; v < covmesh.vertices.size(); ++v) dual.push_back(to_dual(covmesh.vertices.component(v)));
   const std::vector<SurfacePoint> points = surface.evaluate(at);

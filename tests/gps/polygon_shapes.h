@@ -10,6 +10,8 @@
 
 namespace gpsrecon::test {
 
+using namespace internal;
+
 inline Mesh shaken(Mesh mesh, std::uint64_t seed, double size = 0.2) {
   RandomSequence random(seed);
   for (Vec3& p : mesh.positions) p += size * random.vector();

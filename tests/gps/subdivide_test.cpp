@@ -14,6 +14,8 @@
 #include "meshes.h"
 
 namespace gpsrecon::test {
+
+using namespace internal;
 namespace {
 
 template <class T>

@@ -11,6 +11,8 @@
 
 namespace gpsrecon::test {
 
+using namespace internal;
+
 /// A control mesh and the surface it stands for.
 struct Shape {
   std::string name;

@@ -12,6 +12,8 @@
 #include <set>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 using test::Random;

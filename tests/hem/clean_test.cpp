@@ -12,6 +12,8 @@
 #include <tuple>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 using test::Random;

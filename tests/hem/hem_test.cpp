@@ -12,6 +12,8 @@
 #include <cstring>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 using test::Moments;

@@ -7,6 +7,8 @@
 #include <Eigen/Eigenvalues>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 using test::Random;

@@ -6,6 +6,8 @@
 #include "support/shapes.h"
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 /// Discs on a sphere, of deviations from 0.02 to 2 and all kinds of weights.

@@ -9,6 +9,8 @@
 #include "small_files.h"
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 using test::read_bytes;

@@ -9,6 +9,8 @@
 #include "text.h"
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 using test::TemporaryFolder;

@@ -17,6 +17,8 @@
 #include "small_files.h"
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 using Json = nlohmann::json;

@@ -12,6 +12,8 @@
 #include "small_files.h"
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 using test::read_bytes;

@@ -14,6 +14,8 @@
 #include "support/temporary_folder.h"
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 using test::TemporaryFolder;

@@ -10,6 +10,8 @@
 #include "small_files.h"
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 using test::Numbers;

@@ -15,6 +15,8 @@
 
 namespace gpsrecon::test {
 
+using namespace internal;
+
 /// Numbers in [-1, 1) that differ in all bits.
 class Numbers {
  public:

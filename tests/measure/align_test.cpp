@@ -9,6 +9,8 @@
 #include "support/random_sequence.h"
 
 namespace gpsrecon::test {
+
+using namespace internal;
 namespace {
 
 /// A torus of unequal axes: nothing but the identity brings it onto itself nearby.

@@ -10,6 +10,8 @@
 #include "shapes.h"
 
 namespace gpsrecon::test {
+
+using namespace internal;
 namespace {
 
 CompareOptions samples(std::size_t n) {

@@ -12,6 +12,8 @@
 // can be said exactly.
 
 namespace gpsrecon::test {
+
+using namespace internal;
 namespace {
 
 constexpr std::size_t n = 200000;

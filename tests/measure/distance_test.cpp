@@ -12,6 +12,8 @@
 #include "shapes.h"
 
 namespace gpsrecon::test {
+
+using namespace internal;
 namespace {
 
 double to_segment(const Vec3& p, const Vec3& a, const Vec3& b) {

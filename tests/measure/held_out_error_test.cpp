@@ -7,6 +7,8 @@
 #include "support/shapes.h"
 
 namespace gpsrecon::test {
+
+using namespace internal;
 namespace {
 
 /// The triangles of level 7 lie this far inside the sphere, on average.

@@ -10,6 +10,8 @@
 
 namespace gpsrecon::test {
 
+using namespace internal;
+
 /// Reproducible numbers for tests, uniform in [low, high).
 class Uniform {
  public:

@@ -9,6 +9,8 @@
 #include "shapes.h"
 
 namespace gpsrecon::test {
+
+using namespace internal;
 namespace {
 
 std::vector<double> random_values(std::size_t n) {

@@ -10,6 +10,8 @@
 #include "pipeline/clouds.h"
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();

@@ -8,6 +8,8 @@
 #include "support/temporary_folder.h"
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 constexpr double noise = 0.01;

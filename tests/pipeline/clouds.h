@@ -4,6 +4,8 @@
 
 namespace gpsrecon::test {
 
+using namespace internal;
+
 /// Independent points on the unit sphere with Gaussian noise along the radius.
 inline PointCloud noisy_sphere(std::size_t n, double noise, std::uint64_t seed = 1) {
   SampledShape sphere = random_sphere(n, seed);

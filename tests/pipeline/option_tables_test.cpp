@@ -14,6 +14,8 @@
 // What holds for the table of every options struct.
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 template <class Options>

@@ -6,6 +6,8 @@
 #include "clouds.h"
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 using test::scaled;

@@ -9,6 +9,8 @@
 #include "pipeline/clouds.h"
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 using test::noisy_sphere;

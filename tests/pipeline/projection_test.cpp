@@ -12,6 +12,8 @@
 #include "support/shapes.h"
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 /// A unit sphere with noise along the normal, points that are outliers by a tenth of it, and a scalar, the height.

@@ -14,6 +14,8 @@
 #include "triangulate/mesh_checks.h"
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 using test::noisy_sphere;

@@ -13,6 +13,8 @@
 #include "support/json_schema.h"
 
 namespace gpsrecon::test {
+
+using namespace internal;
 namespace {
 
 using Json = nlohmann::ordered_json;

@@ -13,6 +13,8 @@
 // Errors to look at: colours, picture, page.
 
 namespace gpsrecon::test {
+
+using namespace internal;
 namespace {
 
 using testing::HasSubstr;

@@ -14,11 +14,15 @@
 #include <ostream>
 
 namespace gpsrecon {
+namespace internal {
 
 static void PrintTo(const GalleryShape& shape, std::ostream* out) {
   *out << shape.name;
 }
 
+}  // namespace internal
+
+using namespace internal;
 namespace {
 
 class GalleryTest : public ::testing::TestWithParam<GalleryShape> {

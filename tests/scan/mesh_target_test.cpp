@@ -11,6 +11,8 @@
 #include <limits>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 Vec3 random_point(std::uint64_t i, double half_width) {

@@ -15,6 +15,8 @@
 #include <string>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 Vec3 random_point(std::uint64_t stream, std::uint64_t i, double half_width) {

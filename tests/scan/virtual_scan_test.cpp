@@ -16,6 +16,8 @@
 #include <string>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 constexpr double degree = std::numbers::pi / 180;

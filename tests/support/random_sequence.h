@@ -8,6 +8,8 @@
 
 namespace gpsrecon::test {
 
+using namespace internal;
+
 /// A reproducible sequence of random numbers and matrices.
 class RandomSequence {
  public:

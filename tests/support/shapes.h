@@ -15,6 +15,8 @@
 /// Sampled analytic surfaces whose distance to any point is known exactly, and the Gaussians that lie in them.
 namespace gpsrecon::test {
 
+using namespace internal;
+
 /// A stream of random numbers for tests.
 class Random {
  public:

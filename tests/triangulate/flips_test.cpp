@@ -1,10 +1,13 @@
 #include <gtest/gtest.h>
 
+#include <gpsrecon/core/numbers.h>
 #include <gpsrecon/triangulate/flips.h>
 #include <support/shapes.h>
 #include <triangulate/mesh_checks.h>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 using test::Random;

@@ -5,6 +5,8 @@
 #include <support/shapes.h>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 constexpr double pi = std::numbers::pi;

@@ -6,6 +6,8 @@
 #include <triangulate/mesh_checks.h>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 using Triangle = GrowingSurface::Triangle;

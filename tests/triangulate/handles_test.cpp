@@ -10,6 +10,8 @@
 #include <set>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 using testing::Each;

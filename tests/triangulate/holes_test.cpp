@@ -8,6 +8,8 @@
 #include <triangulate/mesh_checks.h>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 using test::SampledShape;
@@ -52,7 +54,7 @@ std::vector<double> loop_lengths(const CovMesh& mesh) {
 Mending mend(CovMesh& mesh, std::vector<Index>& component_of_vertex, const Mixture& mixture,
              const TriangulateOptions& options) {
   const Connectivity connectivity = build_connectivity(mesh.faces, mesh.vertices.size());
-  return gpsrecon::mend(mesh, connectivity, component_of_vertex, mixture, options);
+  return internal::mend(mesh, connectivity, component_of_vertex, mixture, options);
 }
 
 Topology topology(const CovMesh& mesh) {

@@ -5,6 +5,8 @@
 #include <support/shapes.h>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 /// A jittered sheet of 15 x 15 flat Gaussians of weight 40 at unit spacing, and then single points beside

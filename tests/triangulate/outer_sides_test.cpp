@@ -8,6 +8,8 @@
 #include <support/shapes.h>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 std::vector<Vec3> outer_of(const Mixture& mixture) {

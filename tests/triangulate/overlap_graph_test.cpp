@@ -6,6 +6,8 @@
 #include <Eigen/LU>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 using test::Random;

@@ -10,6 +10,8 @@
 #include <numeric>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 using test::canonical;
@@ -22,14 +24,14 @@ double sum(const std::vector<double>& values) {
 // With the connectivity of the faces, which is to stay that.
 std::size_t split_vertices(Mixture& vertices, std::vector<Index>& component_of_vertex, FaceList& faces) {
   Connectivity connectivity = build_connectivity(faces, vertices.size());
-  const std::size_t copies = gpsrecon::split_vertices(vertices, component_of_vertex, faces, connectivity);
+  const std::size_t copies = internal::split_vertices(vertices, component_of_vertex, faces, connectivity);
   expect_connectivity(connectivity, faces, vertices.size());
   return copies;
 }
 
 Specks drop_specks(const Mixture& vertices, const OverlapGraph& graph, FaceList& faces, double min_share) {
   Connectivity connectivity = build_connectivity(faces, vertices.size());
-  const Specks specks = gpsrecon::drop_specks(vertices, graph, faces, connectivity, min_share);
+  const Specks specks = internal::drop_specks(vertices, graph, faces, connectivity, min_share);
   expect_connectivity(connectivity, faces, vertices.size());
   return specks;
 }

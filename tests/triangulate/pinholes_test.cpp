@@ -7,6 +7,8 @@
 #include <triangulate/mesh_checks.h>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 using test::canonical;
