@@ -4,7 +4,7 @@
 #include <gpsrecon/gps/limit_surface.h>
 #include <gpsrecon/gps/subdivide.h>
 
-#include "gps/meshes.h"
+#include "support/meshes.h"
 
 namespace gpsrecon::test {
 
@@ -75,7 +75,7 @@ void evaluate_anywhere(benchmark::State& state) {
   static const CovMesh control = infer_covariances(irregular_sphere(1, 5000)).mesh;
   const RunContext context = with_threads(static_cast<int>(state.range(0)));
   const SurfaceEvaluator surface(control);
-  RandomSequence random(1);
+  Random random(1);
   std::vector<SurfaceParameter> places;
   for (Index patch = 0; patch < surface.patch_count(); ++patch)
     for (int i = 0; i < 10; ++i) {

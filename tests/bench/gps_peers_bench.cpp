@@ -11,7 +11,7 @@
 #include <OpenMesh/Tools/Subdivider/Uniform/CatmullClarkT.hh>
 #include <OpenMesh/Tools/Subdivider/Uniform/LoopT.hh>
 
-#include "gps/meshes.h"
+#include "support/meshes.h"
 #ifdef GPSRECON_HAVE_OPENSUBDIV
 #include <opensubdiv/far/primvarRefiner.h>
 #include "gps/opensubdiv.h"

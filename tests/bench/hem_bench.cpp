@@ -3,7 +3,8 @@
 #include <gpsrecon/core/clean.h>
 #include <gpsrecon/core/scale.h>
 #include <gpsrecon/hem/hem.h>
-#include <support/shapes.h>
+
+#include "support/shapes.h"
 
 namespace gpsrecon {
 

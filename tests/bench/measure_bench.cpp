@@ -3,7 +3,7 @@
 #include <gpsrecon/measure/distance.h>
 #include <gpsrecon/measure/statistics.h>
 
-#include "measure/shapes.h"
+#include "support/meshes.h"
 
 namespace gpsrecon::test {
 
@@ -12,10 +12,10 @@ namespace {
 
 /// Points around the unit sphere with noise of 0.1 % of its diagonal.
 PointCloud noisy_sphere(std::size_t n) {
-  Uniform uniform(71);
+  Random random(71);
   PointCloud cloud;
   for (std::size_t i = 0; i < n; ++i)
-    cloud.positions.push_back((1 + uniform(-0.005, 0.005)) * uniform.vector().normalized());
+    cloud.positions.push_back((1 + random.uniform(-0.005, 0.005)) * random.vector().normalized());
   return cloud;
 }
 
@@ -36,9 +36,9 @@ void query_distances(benchmark::State& state) {
 BENCHMARK(query_distances)->Arg(7)->Arg(8)->Unit(benchmark::kMillisecond)->UseRealTime();
 
 void summarise_distances(benchmark::State& state) {
-  Uniform uniform(72);
+  Random random(72);
   std::vector<double> values(300000);
-  for (double& v : values) v = uniform();
+  for (double& v : values) v = random.uniform();
   for (auto _ : state) benchmark::DoNotOptimize(statistics(values).rms);
 }
 BENCHMARK(summarise_distances)->Unit(benchmark::kMillisecond)->UseRealTime();

@@ -3,7 +3,8 @@
 #include <gpsrecon/hem/hem.h>
 #include <gpsrecon/triangulate/overlap_graph.h>
 #include <gpsrecon/triangulate/triangulate.h>
-#include <support/shapes.h>
+
+#include "support/shapes.h"
 
 namespace gpsrecon {
 

@@ -96,7 +96,7 @@ TEST(Weiszfeld, of_a_symmetric_ring_is_its_centre) {
 }
 
 TEST(Weiszfeld, stays_with_an_axis_that_has_half_of_the_weight) {
-  Random random(3);
+  Random random(3, test::sampling);
   for (const double outliers : {0.1, 0.3, 0.45}) {
     std::vector<Vec3> axes(100, Vec3::UnitZ());
     for (int i = 0; i < static_cast<int>(100 * outliers); ++i)
@@ -109,14 +109,14 @@ TEST(Weiszfeld, stays_with_an_axis_that_has_half_of_the_weight) {
 }
 
 TEST(Weiszfeld, minimises_the_weighted_sum_of_angles) {
-  Random random(1);
+  Random random(1, test::sampling);
   for (int trial = 0; trial < 8; ++trial) {
     PointCloud cloud;
     std::vector<double> weights;
     const double h = 1.5;
     const Vec3 middle = random.direction();
     for (int i = 0; i < 40; ++i) {
-      cloud.positions.push_back(random.in_cube(-0.6, 0.6));
+      cloud.positions.push_back(random.vector(-0.6, 0.6));
       cloud.weights.push_back(random.uniform(0.5, 2));
       const Vec3 axis = i % 4 == 0 ? random.direction() : (middle + 0.3 * random.normal3()).normalized();
       cloud.normals.push_back((random.uniform() < 0.5 ? -3 : 3) * axis);  // neither sign nor length matters
@@ -158,7 +158,7 @@ TEST(Weiszfeld, out_of_reach_is_the_normal_of_the_nearest_point) {
 }
 
 TEST(Weiszfeld, signs_of_the_axes_do_not_matter) {
-  Random random(5);
+  Random random(5, test::sampling);
   SampledShape shape = test::box(400, {1, 1, 1}, 4);
   PointCloud cloud = shape.cloud();
   for (const Vec3& n : shape.normals) cloud.normals.push_back((n + 0.2 * random.normal3()).normalized());
@@ -177,13 +177,13 @@ TEST(ContinuousWeiszfeld, without_variances_is_the_discrete_one_with_its_kernel)
   // Eq. 27 in the tangent plane with α̂ for 1/d, written down anew.
   const std::array<std::array<double, 2>, 3> terms{
       {{11.4527327, 0.117719940}, {29.8858795, 0.032869803}, {97.7605615, 0.010097481}}};
-  Random random(7);
+  Random random(7, test::sampling);
   for (int trial = 0; trial < 5; ++trial) {
     const double h = 2;
     std::vector<Vec3> points, axes;
     std::vector<double> spatial;
     for (int i = 0; i < 30; ++i) {
-      points.push_back(random.in_cube(-0.5, 0.5));
+      points.push_back(random.vector(-0.5, 0.5));
       axes.push_back((Vec3::UnitZ() + 0.5 * random.normal3()).normalized());
       spatial.push_back(std::exp(-16 * points.back().squaredNorm() / (h * h)));
     }
@@ -270,7 +270,7 @@ TEST(ContinuousWeiszfeld, one_huge_gaussian_reaches_as_far_as_it_is_large) {
 
 /// Two half planes that meet in the y axis at the angle given, with noise along their normals.
 SampledShape roof(std::size_t n, double interior_angle, double noise, std::uint64_t seed) {
-  Random random(seed);
+  Random random(seed, test::sampling);
   SampledShape shape;
   for (std::size_t i = 0; i < n; ++i) {
     const double side = i % 2 == 0 ? 1 : -1, slope = (std::numbers::pi - interior_angle) / 2;

@@ -13,6 +13,7 @@ namespace gpsrecon {
 using namespace internal;
 namespace {
 
+using test::joined;
 using test::Random;
 using test::SampledShape;
 
@@ -22,12 +23,6 @@ SampledShape scanned(const std::string& name, std::size_t points) {
   shape.points = scan.cloud.positions;
   shape.normals = scan.cloud.normals;
   return shape;
-}
-
-SampledShape both(SampledShape a, const SampledShape& b) {
-  a.points.insert(a.points.end(), b.points.begin(), b.points.end());
-  a.normals.insert(a.normals.end(), b.normals.begin(), b.normals.end());
-  return a;
 }
 
 std::vector<Vec3> with_random_signs(std::vector<Vec3> normals, std::uint64_t seed) {
@@ -45,7 +40,7 @@ std::size_t turned_in(const std::vector<Vec3>& normals, const SampledShape& shap
 }
 
 TEST(Propagation, turns_closed_surfaces_outward) {
-  const SampledShape nested = both(test::random_sphere(3000, 1), test::random_sphere(1500, 2, 0.6));
+  const SampledShape nested = joined(test::random_sphere(3000, 1), test::random_sphere(1500, 2, 0.6));
   const std::tuple<const char*, SampledShape, std::size_t> shapes[] = {
       {"sphere", test::random_sphere(3000, 1), 1},
       {"torus", test::torus(3000, 1, 0.4), 1},
@@ -53,7 +48,7 @@ TEST(Propagation, turns_closed_surfaces_outward) {
       {"knot", scanned("knot", 12000), 1},
       {"gyroid", scanned("gyroid", 20000), 1},
       {"box", test::box(6000, {1, 0.7, 0.4}, 3), 1},
-      {"two spheres", both(test::random_sphere(900, 4), test::random_sphere(1500, 5, 2, {9, 1, 2})), 2},
+      {"two spheres", joined(test::random_sphere(900, 4), test::random_sphere(1500, 5, 2, {9, 1, 2})), 2},
   };
   for (const auto& [name, shape, parts] : shapes) {
     std::vector<Vec3> normals = with_random_signs(shape.normals, 7);

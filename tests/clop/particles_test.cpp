@@ -3,9 +3,10 @@
 #include <gpsrecon/clop/particles.h>
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/neighbors.h>
-#include <support/shapes.h>
 #include <algorithm>
 #include <set>
+
+#include "support/shapes.h"
 
 namespace gpsrecon {
 
@@ -111,7 +112,7 @@ TEST(Particles, AttributesComeFromTheNearestPoint) {
   points.scalars.push_back(column);
   PointCloud particles;
   Random random(7);
-  for (int k = 0; k < 50; ++k) particles.positions.push_back(random.in_cube(-1, 1));
+  for (int k = 0; k < 50; ++k) particles.positions.push_back(random.vector(-1, 1));
   attributes_from_nearest(particles, points);
   for (std::size_t k = 0; k < particles.size(); ++k) {
     std::size_t best = 0;

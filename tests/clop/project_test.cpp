@@ -5,25 +5,20 @@
 #include <gpsrecon/clop/project.h>
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/neighbors.h>
-#include <support/random_sequence.h>
-#include <support/shapes.h>
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <cstring>
+
+#include "support/random.h"
+#include "support/shapes.h"
 
 namespace gpsrecon {
 
 using namespace internal;
 namespace {
 
+using test::cloud_of;
 using test::Random;
-using test::RandomSequence;
-
-PointCloud cloud_of(std::vector<Vec3> positions) {
-  PointCloud cloud;
-  cloud.positions = std::move(positions);
-  return cloud;
-}
 
 /// The attraction alone.
 ProjectOptions still(double h, int iterations) {
@@ -88,7 +83,7 @@ class Integral {
   Vec3 moment_ = Vec3::Zero();
 };
 
-Mixture random_mixture(std::size_t n, RandomSequence& random, double low, double high) {
+Mixture random_mixture(std::size_t n, Random& random, double low, double high) {
   Mixture mixture;
   for (std::size_t s = 0; s < n; ++s) {
     mixture.means.push_back(0.3 * random.vector());
@@ -99,7 +94,7 @@ Mixture random_mixture(std::size_t n, RandomSequence& random, double low, double
 }
 
 TEST(Clop, ForceIsTheIntegralOfTheDensityTimesTheKernel) {
-  RandomSequence random(3);
+  Random random(3);
   for (const KernelCoefficients coefficients : {KernelCoefficients::published, KernelCoefficients::tail})
     for (int trial = 0; trial < 12; ++trial) {
       const double h = random.uniform(0.6, 1.5);
@@ -125,7 +120,7 @@ TEST(Clop, GaussiansThatDoNotCountHardlyMatter) {
   const test::SampledShape plane = test::rectangle(400, 4, 4, 5);
   const Mixture mixture = test::tangent_discs(plane, 1.0, 0.1);
   const double h = 2 * mixture.spacing;
-  RandomSequence random(8);
+  Random random(8);
   for (int trial = 0; trial < 20; ++trial) {
     const Vec3 start = random.vector() + Vec3(0, 0, random.uniform(-0.3, 0.3) * h);
     const std::vector<Vec3> places =
@@ -170,14 +165,14 @@ TEST(Clop, VanishingCovariancesAreLopWithTheSameKernel) {
   Random random(11);
   Mixture mixture;
   for (int s = 0; s < 40; ++s) {
-    mixture.means.push_back(random.in_cube(-0.4, 0.4));
+    mixture.means.push_back(random.vector(-0.4, 0.4));
     mixture.covariances.push_back(Sym3::identity(1e-24));
     mixture.weights.push_back(random.uniform(1, 5));
   }
   const double h = 1;
   const KernelFit kernel = kernel_fit(KernelCoefficients::published);
   for (int trial = 0; trial < 20; ++trial) {
-    const std::vector<Vec3> places = path(random.in_cube(-0.2, 0.2), mixture, still(h, 3));
+    const std::vector<Vec3> places = path(random.vector(-0.2, 0.2), mixture, still(h, 3));
     for (std::size_t k = 0; k + 1 < places.size(); ++k) {
       double total = 0;
       Vec3 sum = Vec3::Zero();
@@ -196,12 +191,12 @@ TEST(Clop, VanishingCovariancesAreLopWithTheSameKernel) {
 TEST(Lop, IsTheEquationAsPrinted) {
   Random random(12);
   PointCloud points;
-  for (int j = 0; j < 60; ++j) points.positions.push_back(random.in_cube(-0.5, 0.5));
+  for (int j = 0; j < 60; ++j) points.positions.push_back(random.vector(-0.5, 0.5));
   const double h = 0.8;
   for (const bool balance : {false, true}) {
     ProjectOptions options = still(h, 3);
     options.balance = balance;
-    const std::vector<Vec3> places = path(random.in_cube(-0.2, 0.2), points, options);
+    const std::vector<Vec3> places = path(random.vector(-0.2, 0.2), points, options);
     for (std::size_t k = 0; k + 1 < places.size(); ++k) {
       double total = 0;
       Vec3 sum = Vec3::Zero();
@@ -225,7 +220,7 @@ TEST(Lop, FindsTheLocalMedian) {
   // At the fixed point Σ θ_j u_j = 0, u_j the unit vectors to the points: what Weiszfeld's iteration converges to.
   Random random(13);
   PointCloud points;
-  for (int j = 0; j < 30; ++j) points.positions.push_back(random.in_cube(-0.3, 0.3));
+  for (int j = 0; j < 30; ++j) points.positions.push_back(random.vector(-0.3, 0.3));
   ProjectOptions options = still(1, 1000);
   options.balance = false;
   const Vec3 q = path({0.02, 0.03, 0.04}, points, options).back();
@@ -321,7 +316,7 @@ TEST(Repulsion, RegularityFallsMonotonically) {
 }
 
 TEST(Project, CommutesWithRigidMotionsAndScales) {
-  RandomSequence random(17);
+  Random random(17);
   const test::SampledShape shape = test::torus(1500, 1, 0.4);
   const Mixture mixture = test::tangent_discs(shape);
   const PointCloud particles = cloud_of({shape.points.begin(), shape.points.begin() + 400});

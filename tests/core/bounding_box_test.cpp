@@ -2,7 +2,8 @@
 
 #include <gtest/gtest.h>
 #include <vector>
-#include "support/random_sequence.h"
+
+#include "support/random.h"
 
 namespace gpsrecon {
 
@@ -12,7 +13,7 @@ namespace {
 TEST(BoundingBox, OfAnEllipsoidTouchesItsPoles) {
   const Vec3 center(10, -20, 30), radius(1, 2, 5);
   std::vector<Vec3> points;
-  test::RandomSequence random(3);
+  test::Random random(3);
   for (int i = 0; i < 200; ++i) points.push_back(center + radius.cwiseProduct(random.vector().normalized()));
   for (int k = 0; k < 3; ++k)
     for (const int side : {-1, 1}) points.push_back(center + side * radius[k] * Vec3::Unit(k));
@@ -23,7 +24,7 @@ TEST(BoundingBox, OfAnEllipsoidTouchesItsPoles) {
 }
 
 TEST(BoundingBox, OfSomeIsThatOfASelection) {
-  test::RandomSequence random(4);
+  test::Random random(4);
   std::vector<Vec3> points, selected;
   for (int i = 0; i < 50; ++i) points.push_back(random.vector());
   const std::vector<Index> used{7, 3, 3, 41, 20};

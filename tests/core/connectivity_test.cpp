@@ -11,7 +11,7 @@
 #include <map>
 #include <set>
 
-#include "support/random_sequence.h"
+#include "support/random.h"
 
 namespace gpsrecon::test {
 
@@ -24,7 +24,7 @@ enum class Soup { triangles, quads, polygons };
 
 /// Few vertices, so that edges of three faces, neighbours that disagree and touching fans are common. Faces repeat no
 /// vertex.
-FaceList random_soup(Soup kind, std::size_t faces, std::size_t vertices, RandomSequence& random) {
+FaceList random_soup(Soup kind, std::size_t faces, std::size_t vertices, Random& random) {
   FaceList list;
   for (std::size_t f = 0; f < faces; ++f) {
     const std::size_t size = kind == Soup::triangles ? 3 : kind == Soup::quads ? 4 : 3 + random.below(4);
@@ -39,7 +39,7 @@ FaceList random_soup(Soup kind, std::size_t faces, std::size_t vertices, RandomS
 }
 
 /// A closed grid of quadrilaterals with faces left out and turned: large manifold parts, and a few faults.
-FaceList torn_torus(Index n, RandomSequence& random) {
+FaceList torn_torus(Index n, Random& random) {
   FaceList list;
   for (Index i = 0; i < n; ++i)
     for (Index j = 0; j < n; ++j) {
@@ -100,7 +100,7 @@ class OfSoups : public testing::TestWithParam<Soup> {
  protected:
   template <class Check>
   void for_each_soup(const Check& check) {
-    RandomSequence random(7 + static_cast<std::uint64_t>(GetParam()));
+    Random random(7 + static_cast<std::uint64_t>(GetParam()));
     for (const auto& [faces, vertices] :
          std::vector<std::array<std::size_t, 2>>{{0, 4}, {1, 7}, {4, 7}, {9, 9}, {20, 12}, {12, 40}, {40, 30}})
       for (int k = 0; k < 12; ++k) {

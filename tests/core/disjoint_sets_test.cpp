@@ -2,7 +2,8 @@
 
 #include <gtest/gtest.h>
 #include <vector>
-#include "support/random_sequence.h"
+
+#include "support/random.h"
 
 namespace gpsrecon {
 
@@ -11,7 +12,7 @@ namespace {
 
 TEST(DisjointSets, KeepSignsThroughAnyOrderOfJoins) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
-    test::RandomSequence random(seed);
+    test::Random random(seed);
     constexpr std::size_t n = 60;
     std::vector<int> sign(n);
     for (int& s : sign) s = random.uniform() < 0.5 ? 1 : -1;
@@ -29,7 +30,7 @@ TEST(DisjointSets, KeepSignsThroughAnyOrderOfJoins) {
 /// The second implementation: a label per member, rewritten at every join.
 TEST(DisjointSets, AreThoseOfRelabelling) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
-    test::RandomSequence random(seed);
+    test::Random random(seed);
     constexpr Index n = 80;
     std::vector<Index> label(n);
     std::iota(label.begin(), label.end(), Index{0});

@@ -1,7 +1,8 @@
 #include <gtest/gtest.h>
 
 #include <gpsrecon/core/exposure.h>
-#include <support/shapes.h>
+
+#include "support/shapes.h"
 
 namespace gpsrecon {
 
@@ -139,7 +140,7 @@ TEST(Exposure, NeedlesAndPancakesGiveNumbers) {
   test::Random random(8);
   Mixture mixture;
   for (int i = 0; i < 200; ++i) {
-    mixture.means.push_back(random.in_cube(0, 1));
+    mixture.means.push_back(random.vector(0, 1));
     const double across = std::pow(10, random.uniform(-9, 0)), along = std::pow(10, random.uniform(-9, 0));
     mixture.covariances.push_back(test::disc_covariance(random.direction(), along, across));
     mixture.weights.push_back(std::pow(10, random.uniform(-6, 6)));

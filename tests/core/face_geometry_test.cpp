@@ -4,7 +4,8 @@
 #include <array>
 #include <numbers>
 #include <vector>
-#include "support/random_sequence.h"
+
+#include "support/random.h"
 
 namespace gpsrecon {
 
@@ -12,7 +13,7 @@ using namespace internal;
 namespace {
 
 TEST(AreaVector, OfARegularPolygonIsItsAxisTimesTwiceItsArea) {
-  test::RandomSequence random(1);
+  test::Random random(1);
   for (const Index n : {3U, 4U, 7U}) {
     const Mat3 turn = random.rotation();
     const Vec3 center = 5 * random.vector();
@@ -35,9 +36,8 @@ TEST(AreaVector, OfARegularPolygonIsItsAxisTimesTwiceItsArea) {
 
 /// Of a closed surface the area vectors cancel, also where its quadrilaterals are bent.
 TEST(AreaVector, SumsToZeroOverAClosedSurface) {
-  test::RandomSequence random(2);
-  std::vector<Vec3> positions;
-  for (int i = 0; i < 8; ++i) positions.push_back(random.vector());
+  test::Random random(2);
+  const std::vector<Vec3> positions = random.vectors(8);
   const std::vector<std::array<Index, 4>> cube{{0, 1, 3, 2}, {4, 6, 7, 5}, {0, 4, 5, 1},
                                                {2, 3, 7, 6}, {0, 2, 6, 4}, {1, 5, 7, 3}};
   Vec3 sum = Vec3::Zero();

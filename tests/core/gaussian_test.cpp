@@ -6,14 +6,14 @@
 #include <Eigen/LU>
 #include <numbers>
 
-#include "support/random_sequence.h"
+#include "support/random.h"
 
 namespace gpsrecon::test {
 
 using namespace internal;
 namespace {
 
-FactoredGaussian random_gaussian(RandomSequence& random, double low = 0.05, double high = 1) {
+FactoredGaussian random_gaussian(Random& random, double low = 0.05, double high = 1) {
   const Vec3 mean = random.vector();
   return FactoredGaussian({mean, random.covariance(low, high)});
 }
@@ -31,7 +31,7 @@ double integrate(const Function& f, double half_width = 7, int steps = 80) {
 }
 
 TEST(LogDensity, IsADensityWithTheGivenMoments) {
-  RandomSequence random(1);
+  Random random(1);
   const FactoredGaussian g = random_gaussian(random, 0.2, 1);
   EXPECT_NEAR(integrate([&](const Vec3& x) { return std::exp(log_density(g, x)); }), 1, 1e-7);
   for (int axis = 0; axis < 3; ++axis)
@@ -41,7 +41,7 @@ TEST(LogDensity, IsADensityWithTheGivenMoments) {
 }
 
 TEST(LogDensity, IsTheFormula) {
-  RandomSequence random(2);
+  Random random(2);
   for (int trial = 0; trial < 50; ++trial) {
     const FactoredGaussian g = random_gaussian(random);
     const Vec3 x = random.vector();
@@ -59,7 +59,7 @@ double kl_divergence(const FactoredGaussian& a, const FactoredGaussian& b) {
 }
 
 TEST(KlDivergence, IsTheIntegralOfItsDefinition) {
-  RandomSequence random(3);
+  Random random(3);
   for (int trial = 0; trial < 3; ++trial) {
     const FactoredGaussian a = random_gaussian(random, 0.2, 0.8), b = random_gaussian(random, 0.2, 0.8);
     const double integral = integrate([&](const Vec3& x) {
@@ -71,7 +71,7 @@ TEST(KlDivergence, IsTheIntegralOfItsDefinition) {
 }
 
 TEST(KlDivergence, IsPositiveAndVanishesOnlyForEquals) {
-  RandomSequence random(4);
+  Random random(4);
   for (int trial = 0; trial < 1000; ++trial) {
     const FactoredGaussian a = random_gaussian(random), b = random_gaussian(random);
     EXPECT_GT(kl_divergence(a, b), 0);
@@ -80,7 +80,7 @@ TEST(KlDivergence, IsPositiveAndVanishesOnlyForEquals) {
 }
 
 TEST(KlDivergence, IsAffineInvariant) {
-  RandomSequence random(5);
+  Random random(5);
   for (int trial = 0; trial < 100; ++trial) {
     const FactoredGaussian a = random_gaussian(random), b = random_gaussian(random);
     const Mat3 map = random.matrix() + 2 * random.rotation();
@@ -93,7 +93,7 @@ TEST(KlDivergence, IsAffineInvariant) {
 }
 
 TEST(Bhattacharyya, IsTheIntegralOfTheGeometricMean) {
-  RandomSequence random(6);
+  Random random(6);
   for (int trial = 0; trial < 3; ++trial) {
     const FactoredGaussian a = random_gaussian(random, 0.2, 0.8), b = random_gaussian(random, 0.2, 0.8);
     const double integral =
@@ -103,7 +103,7 @@ TEST(Bhattacharyya, IsTheIntegralOfTheGeometricMean) {
 }
 
 TEST(Bhattacharyya, IsSymmetricToTheLastBit) {
-  RandomSequence random(7);
+  Random random(7);
   for (int trial = 0; trial < 1000; ++trial) {
     const FactoredGaussian a = random_gaussian(random, 1e-6, 1), b = random_gaussian(random, 1e-6, 1);
     EXPECT_EQ(log_bhattacharyya(a, b), log_bhattacharyya(b, a));
@@ -113,7 +113,7 @@ TEST(Bhattacharyya, IsSymmetricToTheLastBit) {
 }
 
 TEST(Bhattacharyya, IsAffineInvariant) {
-  RandomSequence random(8);
+  Random random(8);
   for (int trial = 0; trial < 100; ++trial) {
     const FactoredGaussian a = random_gaussian(random), b = random_gaussian(random);
     const Mat3 map = random.matrix() + 2 * random.rotation();
@@ -131,7 +131,7 @@ TEST(Bhattacharyya, StaysFiniteWhereTheCoefficientUnderflows) {
 }
 
 TEST(Product, IsTheNormalisedProductOfTheDensities) {
-  RandomSequence random(9);
+  Random random(9);
   for (int trial = 0; trial < 20; ++trial) {
     const FactoredGaussian a = random_gaussian(random), b = random_gaussian(random);
     const FactoredGaussian ab(product(a, b));

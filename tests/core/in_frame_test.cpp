@@ -2,7 +2,8 @@
 
 #include <gtest/gtest.h>
 #include <cmath>
-#include "support/random_sequence.h"
+
+#include "support/random.h"
 
 namespace gpsrecon {
 
@@ -12,14 +13,14 @@ namespace {
 // Origins and places on a grid of 2^-10 within 2^10: every change of frame is exact, so all comparisons are of bits.
 const Frame first{Vec3(3, -7.5, 12), 4}, second{Vec3(-100, 0.25, 31), -3};
 
-Vec3 on_grid(test::RandomSequence& random) {
+Vec3 on_grid(test::Random& random) {
   Vec3 p = 64 * random.vector();
   for (double& x : p) x = std::nearbyint(std::ldexp(x, 10)) / 1024;
   return p;
 }
 
 Mixture some_mixture() {
-  test::RandomSequence random(5);
+  test::Random random(5);
   Mixture m;
   for (int i = 0; i < 20; ++i) {
     m.means.push_back(on_grid(random));

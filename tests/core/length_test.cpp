@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <cmath>
 
-#include "support/random_sequence.h"
+#include "support/random.h"
 
 namespace gpsrecon {
 
@@ -29,7 +29,7 @@ TEST(Length, IsPrintedAsItWasSpelled) {
 }
 
 TEST(Length, IsReadBackAsTheSameFromItsText) {
-  test::RandomSequence random(1);
+  test::Random random(1);
   for (int i = 0; i < 20000; ++i) {
     const double number = std::exp(60 * (random.uniform() - 0.5)) * (i % 2 == 0 ? 1 : -1);
     for (const Length& length : {Length::of_diagonal(number), Length::spacings(number), Length::scene(number)})

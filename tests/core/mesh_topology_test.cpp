@@ -8,21 +8,13 @@
 #include <algorithm>
 #include <array>
 
+#include "support/meshes.h"
+
 namespace gpsrecon::test {
 namespace {
 
 using testing::ElementsAre;
 using testing::IsEmpty;
-
-FaceList triangles(const std::vector<std::array<Index, 3>>& list) {
-  FaceList faces;
-  for (const auto& t : list) faces.add(t[0], t[1], t[2]);
-  return faces;
-}
-
-FaceList tetrahedron() {
-  return triangles({{0, 1, 2}, {0, 2, 3}, {0, 3, 1}, {1, 3, 2}});
-}
 
 /// A cyclic or open grid of quads: nu × nv of them.
 FaceList quads(Index nu, Index nv, bool cyclic_u, bool cyclic_v) {
@@ -36,7 +28,7 @@ FaceList quads(Index nu, Index nv, bool cyclic_u, bool cyclic_v) {
 }
 
 TEST(Topology, OfATetrahedron) {
-  const Topology t = topology(tetrahedron(), 4);
+  const Topology t = topology(tetrahedron().faces, 4);
   EXPECT_TRUE(t.manifold());
   EXPECT_EQ(t.vertices, 4u);
   EXPECT_EQ(t.edges, 6u);
@@ -70,7 +62,7 @@ TEST(Topology, OfADiscAndACylinder) {
 }
 
 TEST(Topology, CountsComponentsAndUnusedVertices) {
-  FaceList faces = tetrahedron();
+  FaceList faces = tetrahedron().faces;
   faces.add(7, 8, 9);
   const Topology t = topology(faces, 12);
   EXPECT_EQ(t.components, 2u);
@@ -83,7 +75,7 @@ TEST(Topology, CountsComponentsAndUnusedVertices) {
 
 TEST(Topology, SeesABowTieVertex) {
   // Two triangles that share only vertex 0.
-  const FaceList faces = triangles({{0, 1, 2}, {0, 3, 4}});
+  const FaceList faces = faces_of({{0, 1, 2}, {0, 3, 4}});
   const Topology t = topology(faces, 5);
   EXPECT_FALSE(t.manifold());
   EXPECT_EQ(t.nonmanifold_vertices, 1u);
@@ -97,7 +89,7 @@ TEST(Topology, SeesABowTieVertex) {
 
 TEST(Topology, SeesABowTieOfClosedFans) {
   // Two tetrahedra with a common vertex.
-  FaceList faces = tetrahedron();
+  FaceList faces = tetrahedron().faces;
   for (const auto& t : std::vector<std::array<Index, 3>>{{0, 4, 5}, {0, 5, 6}, {0, 6, 4}, {4, 6, 5}})
     faces.add(t[0], t[1], t[2]);
   const Topology t = topology(faces, 7);
@@ -107,7 +99,7 @@ TEST(Topology, SeesABowTieOfClosedFans) {
 }
 
 TEST(Topology, SeesANonManifoldEdge) {
-  const Topology t = topology(triangles({{0, 1, 2}, {1, 0, 3}, {0, 1, 4}}), 5);
+  const Topology t = topology(faces_of({{0, 1, 2}, {1, 0, 3}, {0, 1, 4}}), 5);
   EXPECT_FALSE(t.manifold());
   EXPECT_EQ(t.nonmanifold_edges, 1u);
   EXPECT_EQ(t.inconsistent_edges, 0u);
@@ -116,7 +108,7 @@ TEST(Topology, SeesANonManifoldEdge) {
 }
 
 TEST(Topology, SeesInconsistentOrientation) {
-  const Topology t = topology(triangles({{0, 1, 2}, {0, 1, 3}}), 4);
+  const Topology t = topology(faces_of({{0, 1, 2}, {0, 1, 3}}), 4);
   EXPECT_FALSE(t.manifold());
   EXPECT_EQ(t.inconsistent_edges, 1u);
   EXPECT_EQ(t.nonmanifold_edges, 0u);
@@ -143,13 +135,13 @@ TEST(Topology, SeesThatAMoebiusStripCannotBeOriented) {
 }
 
 TEST(Topology, RefusesIndicesOutOfRange) {
-  EXPECT_THROW(topology(triangles({{0, 1, 9}}), 3), InvariantError);
+  EXPECT_THROW(topology(faces_of({{0, 1, 9}}), 3), InvariantError);
 }
 
 TEST(BoundaryLoops, RunWithTheSurfaceToTheirLeft) {
   const FaceList disc = quads(2, 2, false, false);
   EXPECT_THAT(boundary_loops(build_connectivity(disc, 9)), ElementsAre(ElementsAre(0, 1, 2, 5, 8, 7, 6, 3)));
-  const FaceList closed = tetrahedron();
+  const FaceList closed = tetrahedron().faces;
   EXPECT_THAT(boundary_loops(build_connectivity(closed, 4)), IsEmpty());
 }
 
@@ -172,7 +164,7 @@ TEST(BoundaryLoops, CoverEveryBoundaryEdgeOnce) {
 }
 
 TEST(FaceComponents, AreNumberedInOrderOfAppearance) {
-  const FaceList faces = triangles({{0, 1, 2}, {3, 4, 5}, {2, 1, 6}, {5, 4, 7}, {8, 9, 10}});
+  const FaceList faces = faces_of({{0, 1, 2}, {3, 4, 5}, {2, 1, 6}, {5, 4, 7}, {8, 9, 10}});
   const Components c = face_components(build_connectivity(faces, 11));
   EXPECT_EQ(c.count, 3u);
   EXPECT_THAT(c.of_face, ElementsAre(0, 1, 0, 1, 2));
@@ -183,11 +175,11 @@ TEST(ValidateCovMesh, RequiresAnOrientedManifold) {
   mesh.vertices.means.assign(5, Vec3::Zero());
   mesh.vertices.covariances.assign(5, Sym3::identity());
   mesh.vertices.weights.assign(5, 1);
-  mesh.faces = tetrahedron();
+  mesh.faces = tetrahedron().faces;
   EXPECT_NO_THROW(validate(mesh));
   for (const FaceList& bad :
-       {triangles({{0, 1, 2}, {0, 3, 4}}), triangles({{0, 1, 2}, {0, 1, 3}}),
-        triangles({{0, 1, 2}, {1, 0, 3}, {0, 1, 4}}), triangles({{0, 1, 5}}), triangles({{0, 1, 1}})}) {
+       {faces_of({{0, 1, 2}, {0, 3, 4}}), faces_of({{0, 1, 2}, {0, 1, 3}}), faces_of({{0, 1, 2}, {1, 0, 3}, {0, 1, 4}}),
+        faces_of({{0, 1, 5}}), faces_of({{0, 1, 1}})}) {
     mesh.faces = bad;
     EXPECT_THROW(validate(mesh), InvariantError);
   }

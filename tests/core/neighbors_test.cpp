@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-#include "support/random_sequence.h"
+#include "support/random.h"
 
 namespace gpsrecon::test {
 
@@ -54,16 +54,9 @@ void compare_with_brute_force(const std::vector<Vec3>& points, const std::vector
   }
 }
 
-std::vector<Vec3> random_points(std::size_t n, std::uint64_t seed) {
-  RandomSequence random(seed);
-  std::vector<Vec3> points(n);
-  for (Vec3& p : points) p = random.vector();
-  return points;
-}
-
 TEST(Neighbors, AgreeWithBruteForceOnRandomPoints) {
-  const std::vector<Vec3> points = random_points(1000, 1);
-  std::vector<Vec3> queries = random_points(50, 2);
+  const std::vector<Vec3> points = Random(1).vectors(1000);
+  std::vector<Vec3> queries = Random(2).vectors(50);
   queries.insert(queries.end(), points.begin(), points.begin() + 20);
   queries.emplace_back(50, -3, 7);  // far outside
   compare_with_brute_force(points, queries);
@@ -75,7 +68,7 @@ TEST(Neighbors, BreakTiesByIndexOnLattices) {
     for (int y = 0; y < 7; ++y)
       for (int z = 0; z < 7; ++z) lattice.emplace_back(0.5 * x, 0.5 * y, 0.5 * z);
   // In shuffled order, so that index and place have nothing to do with each other.
-  RandomSequence random(3);
+  Random random(3);
   for (std::size_t i = lattice.size(); i > 1; --i) std::swap(lattice[i - 1], lattice[random.below(i)]);
   std::vector<Vec3> queries(lattice.begin(), lattice.begin() + 40);
   queries.emplace_back(0.25, 0.25, 0.25);
@@ -84,9 +77,9 @@ TEST(Neighbors, BreakTiesByIndexOnLattices) {
 }
 
 TEST(Neighbors, HandleDuplicatesAndFlatSets) {
-  std::vector<Vec3> points = random_points(60, 4);
+  std::vector<Vec3> points = Random(4).vectors(60);
   for (int copies = 0; copies < 5; ++copies) points.insert(points.end(), points.begin(), points.begin() + 30);
-  compare_with_brute_force(points, random_points(20, 5));
+  compare_with_brute_force(points, Random(5).vectors(20));
   compare_with_brute_force(std::vector<Vec3>(50, Vec3(1, 2, 3)), {{1, 2, 3}, {0, 0, 0}});
   std::vector<Vec3> line;
   for (int i = 0; i < 100; ++i) line.emplace_back(0.1 * (i % 50), 0, 0);
@@ -100,7 +93,7 @@ TEST(Neighbors, HandleTinySets) {
 }
 
 TEST(Neighbors, FindNothingInNegativeOrUndefinedRadii) {
-  const Neighbors index(random_points(10, 6));
+  const Neighbors index(Random(6).vectors(10));
   std::vector<Neighbor> found(3);
   index.within(Vec3::Zero(), -1, found);
   EXPECT_TRUE(found.empty());
@@ -109,7 +102,7 @@ TEST(Neighbors, FindNothingInNegativeOrUndefinedRadii) {
 }
 
 TEST(Neighbors, ManyQueriesMayRunAtOnce) {
-  const std::vector<Vec3> points = random_points(5000, 7);
+  const std::vector<Vec3> points = Random(7).vectors(5000);
   const Neighbors index(points);
   RunContext context;
   context.threads = 4;
@@ -133,7 +126,7 @@ TEST(Neighbors, ManyQueriesMayRunAtOnce) {
 }
 
 TEST(Neighbors, KeepACopyOfThePoints) {
-  std::vector<Vec3> points = random_points(100, 8);
+  std::vector<Vec3> points = Random(8).vectors(100);
   const Vec3 query = points[17];
   Neighbors index(points);
   for (Vec3& p : points) p.setConstant(1e9);

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 #include <cmath>
 #include <cstdio>
-#include "support/random_sequence.h"
+#include "support/random.h"
 
 namespace gpsrecon {
 
@@ -11,7 +11,7 @@ using namespace internal;
 namespace {
 
 TEST(ToText, ReadsBackAsTheSameNumber) {
-  test::RandomSequence random(1);
+  test::Random random(1);
   for (int i = 0; i < 1000; ++i) {
     const double value = std::ldexp(random.uniform(-1, 1), static_cast<int>(random.uniform(-300, 300)));
     EXPECT_EQ(parse_double(to_text(value)), value);
@@ -22,7 +22,7 @@ TEST(ToText, ReadsBackAsTheSameNumber) {
 
 /// As the C library prints it.
 TEST(Number, IsRoundedToItsDigits) {
-  test::RandomSequence random(2);
+  test::Random random(2);
   for (int i = 0; i < 1000; ++i) {
     const double value = std::ldexp(random.uniform(-1, 1), static_cast<int>(random.uniform(-60, 60)));
     for (const int digits : {1, 4, 9}) {

@@ -8,7 +8,7 @@
 #include <OpenMesh/Core/IO/MeshIO.hh>
 #include <OpenMesh/Core/Mesh/PolyMesh_ArrayKernelT.hh>
 
-#include "support/random_sequence.h"
+#include "support/random.h"
 
 namespace gpsrecon::test {
 
@@ -21,7 +21,7 @@ using OpenMesh::VertexHandle;
 using Peer = OpenMesh::PolyMesh_ArrayKernelT<>;
 
 /// Random polygons over few vertices, made manifold: pieces of every shape, with fans that were parted.
-FaceList random_manifold(std::size_t faces, std::size_t vertices, RandomSequence& random, std::size_t& vertex_count) {
+FaceList random_manifold(std::size_t faces, std::size_t vertices, Random& random, std::size_t& vertex_count) {
   FaceList soup;
   for (std::size_t f = 0; f < faces; ++f) {
     const std::size_t size = 3 + random.below(3);
@@ -38,7 +38,7 @@ FaceList random_manifold(std::size_t faces, std::size_t vertices, RandomSequence
 }
 
 /// A closed grid, with some faces left out.
-FaceList torn_torus(Index n, double share, RandomSequence& random) {
+FaceList torn_torus(Index n, double share, Random& random) {
   FaceList list;
   const auto at = [n](Index u, Index v) { return (u % n) * n + v % n; };
   for (Index i = 0; i < n; ++i)
@@ -97,7 +97,7 @@ void expect_as_openmesh(const FaceList& faces, std::size_t vertex_count) {
 }
 
 TEST(Connectivity, IsThatOfOpenMesh) {
-  RandomSequence random(5);
+  Random random(5);
   for (const std::size_t faces : {1U, 5U, 20U, 60U})
     for (int k = 0; k < 10; ++k) {
       std::size_t vertices = 0;

@@ -2,7 +2,8 @@
 
 #include <gtest/gtest.h>
 #include <vector>
-#include "support/random_sequence.h"
+
+#include "support/random.h"
 
 namespace gpsrecon {
 
@@ -10,7 +11,7 @@ using namespace internal;
 namespace {
 
 TEST(ValueOfRank, IsThatOfTheSortedValues) {
-  test::RandomSequence random(1);
+  test::Random random(1);
   for (const std::size_t n : {1, 2, 3, 10, 101}) {
     std::vector<double> values(n);
     for (double& v : values) v = std::floor(10 * random.uniform());  // many are equal

@@ -1,9 +1,10 @@
 #include <gtest/gtest.h>
 
 #include <gpsrecon/core/orient.h>
-#include <support/shapes.h>
-#include <triangulate/mesh_checks.h>
 #include <bit>
+
+#include "support/meshes.h"
+#include "support/shapes.h"
 
 namespace gpsrecon {
 
@@ -49,7 +50,7 @@ TEST(Orient, TurnsOutwardAndTowardsTheSensor) {
     turned = FaceList();
     for (std::size_t f = 0; f < 8; ++f) turned.add(faces[f]);
     orient(m, turned, Vec3(5, 0, height));
-    EXPECT_NEAR(test::signed_volume(turned, m.means), 4.0 / 3, 1e-14);
+    EXPECT_NEAR(test::volume(turned, m.means), 4.0 / 3, 1e-14);
     EXPECT_EQ(orient(m, turned, std::nullopt), 0U);
   }
 }
@@ -125,7 +126,7 @@ TEST(Orient, ShellsAlternateWithTheirDepth) {
     for (unsigned k = 0; k < 5; ++k) {
       FaceList one;
       for (std::size_t f = 8 * k; f < 8 * k + 8; ++f) one.add(faces[f]);
-      EXPECT_EQ(test::signed_volume(one, m.means) < 0, (right >> k & 1) == 1) << turned << " " << k;
+      EXPECT_EQ(test::volume(one, m.means) < 0, (right >> k & 1) == 1) << turned << " " << k;
     }
     EXPECT_EQ(orient(m, faces, Vec3(0, 0, 100)), 0U);
   }

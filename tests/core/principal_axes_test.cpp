@@ -2,7 +2,8 @@
 
 #include <gtest/gtest.h>
 #include <vector>
-#include "support/random_sequence.h"
+
+#include "support/random.h"
 
 namespace gpsrecon {
 
@@ -29,7 +30,7 @@ TEST(LocalCovariance, OfPairsOnOrthogonalAxes) {
 }
 
 TEST(LocalCovariance, CountsOnlyTheNeighboursAndNoOffset) {
-  test::RandomSequence random(2);
+  test::Random random(2);
   std::vector<Vec3> points;
   for (int i = 0; i < 40; ++i) points.push_back(random.vector());
   const std::vector<Neighbor> near{{4, 0}, {9, 0}, {11, 0}, {30, 0}, {31, 0}};

@@ -6,18 +6,15 @@
 #include <algorithm>
 #include <set>
 
-#include "support/random_sequence.h"
+#include "support/meshes.h"
+#include "support/random.h"
 
 namespace gpsrecon {
 
 using namespace internal;
 namespace {
 
-FaceList faces_of(const std::vector<std::vector<Index>>& list) {
-  FaceList faces;
-  for (const auto& f : list) faces.add(f);
-  return faces;
-}
+using test::faces_of;
 
 /// What a repair may never break: manifold faces, over copies of the corners they had.
 void expect_sound(const FaceList& before, std::size_t n, const TopologyRepair& repair) {
@@ -94,7 +91,7 @@ TEST(RepairTopology, DropsFacesWithoutThreeCornersAndDoubles) {
 }
 
 TEST(RepairTopology, AnySoupBecomesManifold) {
-  test::RandomSequence random(77);
+  test::Random random(77);
   for (int round = 0; round < 500; ++round) {
     FaceList soup;
     const int count = 1 + static_cast<int>(30 * random.uniform(0, 1));

@@ -2,24 +2,20 @@
 
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/self_intersections.h>
-#include <measure/shapes.h>
 #include <cmath>
 #include <limits>
+
+#include "support/meshes.h"
 
 namespace gpsrecon {
 
 using namespace internal;
 namespace {
 
+using test::mesh_of;
+
 std::size_t count(const Mesh& mesh) {
   return self_intersecting_faces(mesh.positions, mesh.faces).size();
-}
-
-Mesh triangles(const std::vector<Vec3>& positions, const std::vector<std::array<Index, 3>>& faces) {
-  Mesh mesh;
-  mesh.positions = positions;
-  for (const auto& f : faces) mesh.faces.add(f[0], f[1], f[2]);
-  return mesh;
 }
 
 TEST(SelfIntersections, NoneOnASphere) {
@@ -42,20 +38,20 @@ TEST(SelfIntersections, TwoOctahedraCountTheFacesThatCross) {
 
 TEST(SelfIntersections, WhatFacesShareDoesNotCount) {
   const std::vector<Vec3> p{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {0, 0, 1}, {-1, -1, 0}, {0.4, 0.4, 0}};
-  EXPECT_EQ(count(triangles(p, {{0, 1, 2}, {1, 3, 2}})), 0U);             // an edge
-  EXPECT_EQ(count(triangles(p, {{0, 1, 2}, {1, 0, 4}, {1, 0, 5}})), 0U);  // an edge of three faces
-  EXPECT_EQ(count(triangles(p, {{0, 1, 2}, {0, 5, 4}})), 0U);             // a corner
-  EXPECT_EQ(count(triangles(p, {{0, 1, 2}, {1, 0, 6}})), 2U);             // an edge, folded flat onto it
-  EXPECT_EQ(count(triangles(p, {{0, 1, 2}, {0, 1, 2}})), 2U);             // everything
-  EXPECT_EQ(count(triangles(p, {{0, 1, 2}, {0, 6, 4}})), 2U);             // a corner, but the side 0 6 lies in it
+  EXPECT_EQ(count(mesh_of(p, {{0, 1, 2}, {1, 3, 2}})), 0U);             // an edge
+  EXPECT_EQ(count(mesh_of(p, {{0, 1, 2}, {1, 0, 4}, {1, 0, 5}})), 0U);  // an edge of three faces
+  EXPECT_EQ(count(mesh_of(p, {{0, 1, 2}, {0, 5, 4}})), 0U);             // a corner
+  EXPECT_EQ(count(mesh_of(p, {{0, 1, 2}, {1, 0, 6}})), 2U);             // an edge, folded flat onto it
+  EXPECT_EQ(count(mesh_of(p, {{0, 1, 2}, {0, 1, 2}})), 2U);             // everything
+  EXPECT_EQ(count(mesh_of(p, {{0, 1, 2}, {0, 6, 4}})), 2U);             // a corner, but the side 0 6 lies in it
 }
 
 TEST(SelfIntersections, ACornerMayBeSharedAndTheRestCross) {
   // Both have the corner at the origin; the far side of the second passes through the first.
   const std::vector<Vec3> p{{0, 0, 0}, {2, -1, 0}, {2, 1, 0}, {1, 0, -1}, {1, 0, 1}, {3, 0, -1}, {3, 0, 1}};
-  EXPECT_EQ(count(triangles(p, {{0, 1, 2}, {0, 3, 4}})), 2U);
+  EXPECT_EQ(count(mesh_of(p, {{0, 1, 2}, {0, 3, 4}})), 2U);
   // Or the far side of the first through the second.
-  EXPECT_EQ(count(triangles(p, {{0, 1, 2}, {0, 5, 6}})), 2U);
+  EXPECT_EQ(count(mesh_of(p, {{0, 1, 2}, {0, 5, 6}})), 2U);
 }
 
 TEST(SelfIntersections, FacesNotTrianglesAreCounted) {
@@ -79,11 +75,11 @@ bool crosses(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b, const V
 
 TEST(SelfIntersections, EqualsBruteForceOnRandomTriangles) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
-    test::Uniform random(seed);
+    test::Random random(seed);
     Mesh mesh;
     for (Index t = 0; t < 60; ++t) {
       const Vec3 center = random.vector();
-      for (int k = 0; k < 3; ++k) mesh.positions.push_back(center + random.vector(-0.25, 0.25));
+      for (int k = 0; k < 3; ++k) mesh.positions.push_back(center + random.vector(-0.4, 0.4));
       mesh.faces.add(3 * t, 3 * t + 1, 3 * t + 2);
     }
     const auto edge_crosses = [&](std::size_t s, std::size_t t) {
@@ -105,7 +101,7 @@ TEST(SelfIntersections, EqualsBruteForceOnRandomTriangles) {
 
 TEST(SelfIntersections, TrianglesWithoutAreaDoNotCount) {
   const std::vector<Vec3> p{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.2, 0.2, -1}, {0.2, 0.2, 1}, {0.2, 0.2, 2}};
-  EXPECT_EQ(count(triangles(p, {{0, 1, 2}, {3, 4, 5}})), 0U);
+  EXPECT_EQ(count(mesh_of(p, {{0, 1, 2}, {3, 4, 5}})), 0U);
 }
 
 TEST(SelfIntersections, CornersMustBeValid) {

@@ -6,7 +6,7 @@
 #include <Eigen/Dense>
 #include <limits>
 
-#include "support/random_sequence.h"
+#include "support/random.h"
 
 namespace gpsrecon::test {
 
@@ -18,7 +18,7 @@ double distance(const Sym3& a, const Mat3& b) {
 }
 
 TEST(Sym3, ArithmeticIsThatOfMatrices) {
-  RandomSequence random(1);
+  Random random(1);
   for (int trial = 0; trial < 100; ++trial) {
     const Mat3 m = random.matrix(), n = random.matrix();
     const Sym3 a = Sym3::from_matrix(m), b = Sym3::from_matrix(n);
@@ -50,7 +50,7 @@ TEST(Sym3, FinitenessSeesEveryEntry) {
 }
 
 TEST(Cholesky3, FactorsSolvesAndInverts) {
-  RandomSequence random(2);
+  Random random(2);
   for (const double condition : {1.0, 1e3, 1e6, 1e9})
     for (int trial = 0; trial < 50; ++trial) {
       const Sym3 a = random.covariance(1 / condition, 1);
@@ -80,7 +80,7 @@ TEST(Cholesky3, TellsWhatIsNotPositiveDefinite) {
 }
 
 TEST(Inverse, WorksForIndefiniteMatrices) {
-  RandomSequence random(3);
+  Random random(3);
   for (int trial = 0; trial < 100; ++trial) {
     const Sym3 a = Sym3::from_matrix(random.matrix());
     if (std::abs(a.determinant()) < 1e-3) continue;
@@ -89,7 +89,7 @@ TEST(Inverse, WorksForIndefiniteMatrices) {
 }
 
 TEST(EigenDecomposition, RebuildsTheMatrix) {
-  RandomSequence random(4);
+  Random random(4);
   for (const double condition : {1.0, 1e6, 1e12})
     for (int trial = 0; trial < 50; ++trial) {
       const Mat3 rotation = random.rotation();
@@ -103,7 +103,7 @@ TEST(EigenDecomposition, RebuildsTheMatrix) {
 }
 
 TEST(LargestEigenvalue, AgreesWithTheDecomposition) {
-  RandomSequence random(5);
+  Random random(5);
   for (int trial = 0; trial < 500; ++trial) {
     const Sym3 a = trial % 2 == 0 ? random.covariance(1e-6, 1) : Sym3::from_matrix(random.matrix());
     const double expected = eigen_decomposition(a).values[2];
@@ -118,7 +118,7 @@ TEST(LargestEigenvalue, AgreesWithTheDecomposition) {
 }
 
 TEST(FloorEigenvalues, RaisesOnlyWhatIsTooSmall) {
-  RandomSequence random(6);
+  Random random(6);
   for (int trial = 0; trial < 100; ++trial) {
     const Mat3 rotation = random.rotation();
     const Vec3 values(1e-9, random.uniform(1e-9, 1e-3), 2);

@@ -6,9 +6,8 @@
 #include <atomic>
 #include <numbers>
 
-#include "fit/surfaces.h"
 #include "support/connectivity.h"
-#include "triangulate/mesh_checks.h"
+#include "support/covmeshes.h"
 
 namespace gpsrecon {
 
@@ -26,7 +25,7 @@ struct TiltedPlane {
   Mat3 rotation;
 };
 TiltedPlane tilted_plane(Index cells, bool tilt) {
-  test::RandomSequence random(3);
+  test::Random random(3);
   const Mat3 rotation = tilt ? random.rotation() : Mat3::Identity();
   const Mesh grid = test::grid(cells, cells);
   std::vector<Sym3> covariances;
@@ -206,7 +205,7 @@ TEST(Fit, CountsAPointByItsWeight) {
 
 TEST(Fit, LeavesAPlaneThroughItsPointsAlone) {
   const auto [mesh, rotation] = tilted_plane(6, true);
-  test::RandomSequence random(8);
+  test::Random random(8);
   PointCloud cloud;
   for (int i = 0; i < 2000; ++i)
     cloud.positions.push_back(rotation * Vec3(random.uniform(0, 6), random.uniform(0, 6), 0));
@@ -217,7 +216,7 @@ TEST(Fit, LeavesAPlaneThroughItsPointsAlone) {
 // a vertex, and three iterations hold the first step back, most at the corners.
 TEST(Fit, AlmostArrivesAtAParallelPlaneInOneStep) {
   const auto [mesh, rotation] = tilted_plane(6, true);
-  test::RandomSequence random(8);
+  test::Random random(8);
   PointCloud cloud;
   for (int i = 0; i < 20000; ++i)
     cloud.positions.push_back(rotation * Vec3(random.uniform(0, 6), random.uniform(0, 6), 0.125));
@@ -236,8 +235,8 @@ TEST(Fit, AlmostArrivesAtAParallelPlaneInOneStep) {
 
 /// A fifth of the points, or more, uniform in a cube.
 PointCloud with_outliers(PointCloud cloud, std::size_t outliers) {
-  test::Random random(17);
-  for (std::size_t i = 0; i < outliers; ++i) cloud.positions.push_back(random.in_cube(-1.5, 1.5));
+  test::Random random(17, test::sampling);
+  for (std::size_t i = 0; i < outliers; ++i) cloud.positions.push_back(random.vector(-1.5, 1.5));
   return cloud;
 }
 
@@ -253,7 +252,7 @@ TEST(Fit, IgnoresGrossOutliers) {
 // When more than half of the points lie in the surface exactly, the robust width is zero: the rest must not count.
 TEST(Fit, IgnoresOutliersOfAnExactPlane) {
   const CovMesh mesh = tilted_plane(6, false).mesh;
-  test::RandomSequence random(8);
+  test::Random random(8);
   PointCloud cloud;
   for (int i = 0; i < 2000; ++i)
     cloud.positions.emplace_back(random.uniform(0, 6), random.uniform(0, 6), i % 10 == 0 ? 2 : 0);
@@ -298,7 +297,7 @@ double distance_to_roof(const Vec3& p) {
 
 TEST(Fit, RefinesACrease) {
   const CovMesh mesh = roof_mesh(14);
-  test::Random random(12);
+  test::Random random(12, test::sampling);
   PointCloud cloud;
   const double s = std::sqrt(0.5);
   for (int i = 0; i < 20000; ++i) {
@@ -318,9 +317,9 @@ TEST(Fit, RefinesACrease) {
 TEST(Fit, StepsTurnNoFaceOver) {
   std::size_t restrained = 0;
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
-    test::Random random(seed);
+    test::Random random(seed, test::sampling);
     PointCloud cloud;
-    for (int i = 0; i < 1500; ++i) cloud.positions.push_back(random.in_cube(-2, 2));
+    for (int i = 0; i < 1500; ++i) cloud.positions.push_back(random.vector(-2, 2));
     cloud.weights.assign(1500, 1000);
     const CovMesh mesh = sphere_mesh(4, random.uniform(0.5, 1.5));
     const Fit fitted = fit(mesh, cloud, {.steps = 1, .refinements = 0});
@@ -384,7 +383,7 @@ TEST(Fit, ExtendsTheRimToWhereThePointsEnd) {
 TEST(Fit, FollowsRigidMotions) {
   const CovMesh mesh = sphere_mesh(2, 0.97);
   const PointCloud cloud = sphere_cloud(2000, 0.02);
-  const Mat3 rotation = test::RandomSequence(4).rotation();
+  const Mat3 rotation = test::Random(4).rotation();
   const Vec3 shift(3, -2, 1);
   CovMesh moved = mesh;
   PointCloud moved_cloud = cloud;

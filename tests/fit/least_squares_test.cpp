@@ -5,7 +5,7 @@
 #include <Eigen/Dense>
 #include <cmath>
 
-#include "fit/surfaces.h"
+#include "support/covmeshes.h"
 
 namespace gpsrecon {
 
@@ -40,7 +40,7 @@ struct Problem {
     const PointCloud cloud = sphere.cloud();
     const Assignment assignment = assign_points(samples, cloud, {});
     residuals = robust_residuals(surface, assignment, cloud, std::vector<char>(points, 0), median_offset(assignment));
-    test::RandomSequence random(seed + 4);
+    test::Random random(seed + 4);
     moved.assign(mesh.vertices.size(), 0.0);
     if (moved_before)
       for (double& move : moved) move = random.uniform(-0.05, 0.05);

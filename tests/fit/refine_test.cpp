@@ -8,8 +8,7 @@
 
 #include <cmath>
 
-#include "fit/surfaces.h"
-#include "triangulate/mesh_checks.h"
+#include "support/covmeshes.h"
 
 namespace gpsrecon {
 
@@ -20,7 +19,7 @@ Connectivity connectivity(const CovMesh& mesh) {
   return triangle_connectivity(mesh.faces, mesh.vertices.size());
 }
 std::vector<char> random_marks(const Connectivity& topology, double share, std::uint64_t seed) {
-  test::RandomSequence random(seed);
+  test::Random random(seed);
   std::vector<char> marked(topology.edge_count());
   for (char& mark : marked) mark = random.uniform() < share;
   return marked;
@@ -48,7 +47,7 @@ std::vector<CovMesh> meshes() {
                               test::with_random_covariances(test::grid(7, 5), 4, 0.05, 0.5),
                               test::with_random_covariances(test::tetrahedron(), 5, 0.05, 0.5),
                               test::with_random_covariances(test::fan(1, false, 1), 6, 0.05, 0.5)};
-  test::RandomSequence random(6);
+  test::Random random(6);
   for (CovMesh& mesh : all)
     for (double& weight : mesh.vertices.weights) weight = random.uniform(0.5, 50);
   return all;
@@ -92,7 +91,7 @@ TEST(SplitEdges, KeepsTheSurfaceWhatItIs) {
 // In a lattice of valence six with equal Gaussians a Loop step puts new vertices in the middle of their edges and moves
 // no other: what is left are the triangles that bisection makes.
 TEST(SplitEdges, HalvesNoAngleMoreThanOnce) {
-  test::RandomSequence random(9);
+  test::Random random(9);
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     CovMesh mesh = test::flat_lattice(8);
     const Mat3 shear = random.matrix() + 1.5 * Mat3::Identity();
@@ -184,7 +183,7 @@ struct Detail {
 /// Points on the lattice of so many cells, uniform, at z = height(x, y) + noise.
 template <class Height>
 PointCloud lattice_cloud(Index cells, std::size_t n, double noise, std::uint64_t seed, const Height& height) {
-  test::Random random(seed);
+  test::Random random(seed, test::sampling);
   PointCloud cloud;
   for (std::size_t k = 0; k < n; ++k) {
     const double i = random.uniform(0, cells), j = random.uniform(0, cells);

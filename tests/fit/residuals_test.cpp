@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "fit/surfaces.h"
+#include "support/covmeshes.h"
 
 namespace gpsrecon {
 
@@ -83,7 +83,7 @@ TEST(Residuals, MedianOffsetIgnoresSigns) {
 TEST(Residuals, SumsAreBiweights) {
   const Sampled sampled(0.97);
   PointCloud cloud = sphere_cloud(3000, 0.03);
-  test::Random random(3);
+  test::Random random(3, test::sampling);
   for (int i = 0; i < 100; ++i) cloud.positions.push_back(random.uniform(1.2, 2) * random.direction());
   for (std::size_t i = 0; i < cloud.size(); ++i) cloud.weights.push_back(random.uniform(0.5, 2));
   std::vector<char> held_out(cloud.size());

@@ -13,7 +13,7 @@
 #include <algorithm>
 #include <map>
 
-#include "gps/meshes.h"
+#include "support/covmeshes.h"
 #include "support/data_files.h"
 #include "support/temporary_folder.h"
 

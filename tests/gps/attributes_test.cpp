@@ -8,7 +8,7 @@
 
 #include <limits>
 
-#include "meshes.h"
+#include "support/covmeshes.h"
 
 namespace gpsrecon::test {
 
@@ -22,7 +22,7 @@ constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 /// A flat piece with Gaussians that are round within the plane, of sizes that differ tenfold.
 CovMesh flat_covmesh() {
   Mesh flat = grid(8, 7);
-  RandomSequence random(3);
+  Random random(3);
   std::vector<Sym3> covariances;
   for (Vec3& p : flat.positions) {
     p += Vec3(0.3 * random.uniform(-1, 1), 0.3 * random.uniform(-1, 1), 0);
@@ -63,7 +63,7 @@ TEST(SubdivideAttributes, AffineFunctionsOfAPlaneAreReproduced) {
 
 TEST(SubdivideAttributes, NothingLeavesItsRange) {
   CovMesh mesh = with_random_covariances(with_holes(irregular_sphere(8), 5), 9, 1e-4, 1);
-  RandomSequence random(2);
+  Random random(2);
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
     mesh.vertices.colors.push_back({static_cast<std::uint8_t>(100 + random.below(50)), 0, 255});
   for (const LoopWeights weights : {LoopWeights::loop, LoopWeights::warren})
@@ -93,7 +93,7 @@ TEST(SubdivideAttributes, LabelsAreThoseOfTheLargestWeight) {
   CovMesh mesh = with_equal_covariances(with_holes(irregular_sphere(4), 6), Sym3::identity(0.1));
   const std::size_t n = mesh.vertices.size();
   const std::vector<double> names{-3, 0, 8, 1000000007};
-  RandomSequence random(6);
+  Random random(6);
   ScalarColumn labels{"segment", {}, ScalarKind::label};
   for (std::size_t v = 0; v < n; ++v) labels.values.push_back(names[random.below(names.size())]);
   mesh.vertices.scalars = {labels};
@@ -124,7 +124,7 @@ TEST(SubdivideAttributes, NoneForNone) {
 
 TEST(SubdivideAttributes, AreTheSameForAnyNumberOfThreads) {
   CovMesh mesh = with_random_covariances(irregular_sphere(11), 12);
-  RandomSequence random(7);
+  Random random(7);
   mesh.vertices.scalars = {{"a", {}}, {"b", {}, ScalarKind::label}};
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
     mesh.vertices.scalars[0].values.push_back(random.uniform());

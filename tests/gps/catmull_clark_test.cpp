@@ -10,7 +10,7 @@
 #include <map>
 #include <sstream>
 
-#include "polygon_shapes.h"
+#include "support/covmeshes.h"
 
 // Refinement by Catmull and Clark's scheme. It is compared with OpenSubdiv in opensubdiv_test.cpp, evaluated at
 // arbitrary places in opensubdiv_evaluate_test.cpp.
@@ -283,7 +283,7 @@ TEST(CatmullClark, ADegenerateCornerTakesTheSideOfItsFace) {
   for (std::size_t turn = 0; turn < 4; ++turn) {
     std::vector<Index> face = order;
     std::rotate(face.begin(), face.begin() + static_cast<std::ptrdiff_t>(turn), face.end());
-    const Mesh mesh = polygons({{1, 0, 0}, {0, -1, 0}, {-1, 0, 0}, {0, 0, 0}}, {face});
+    const Mesh mesh = mesh_of({{1, 0, 0}, {0, -1, 0}, {-1, 0, 0}, {0, 0, 0}}, {face});
     const Mesh fine = refined(with_equal_covariances(mesh, Sym3::identity(0.1)), 0);
     for (const Vec3& n : fine.normals) EXPECT_LT(n.z(), -0.9);
   }

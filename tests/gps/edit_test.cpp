@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "meshes.h"
+#include "support/covmeshes.h"
 
 namespace gpsrecon::test {
 
@@ -118,7 +118,7 @@ TEST(Edit, FlatteningIsUndoneByItsInverse) {
 
 TEST(Edit, ConvolutionAddsCovariances) {
   const CovMesh mesh = test_mesh();
-  const Sym3 kernel = RandomSequence(8).covariance(0.001, 0.5);
+  const Sym3 kernel = Random(8).covariance(0.001, 0.5);
   const CovMesh smooth = edited(mesh, {{SelectAll{}, SmoothCovariance{kernel}}});
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
     EXPECT_EQ(smooth.vertices.covariances[v], mesh.vertices.covariances[v] + kernel);
@@ -172,7 +172,7 @@ TEST(Edit, AnisotropyFallsWithSmoothing) {
 
 TEST(Edit, SettingForgets) {
   const CovMesh mesh = test_mesh();
-  const Sym3 covariance = RandomSequence(4).covariance(0.1, 10);
+  const Sym3 covariance = Random(4).covariance(0.1, 10);
   const CovMesh set = edited(mesh, {{SelectAll{}, ScaleCovariance{3}}, {SelectAll{}, SetCovariance{covariance}}});
   for (const Sym3& c : set.vertices.covariances) EXPECT_EQ(c, covariance);
 }
@@ -193,14 +193,14 @@ TEST(Edit, StepsActInTheirOrder) {
 TEST(Edit, CommutesWithSimilarities) {
   // Everything turned, scaled and moved, the operations and selections too.
   const CovMesh mesh = test_mesh();
-  const Mat3 rotation = RandomSequence(11).rotation();
+  const Mat3 rotation = Random(11).rotation();
   const double scale = 12.5;
   const Vec3 shift(100, -50, 7);
   CovMesh moved = mesh;
   for (Vec3& p : moved.vertices.means) p = scale * (rotation * p) + shift;
   for (Sym3& c : moved.vertices.covariances) c = scale * scale * congruence(rotation, c);
   const Vec3 axis(1, 2.3, -0.8), point(0.2, 0.13, 0.05);
-  const Sym3 kernel = RandomSequence(12).covariance(0.01, 0.02);
+  const Sym3 kernel = Random(12).covariance(0.01, 0.02);
   const CovMesh a = edited(mesh, {{SelectHalfSpace{point, axis}, FlattenCovariance{Axis::given, axis, 0.1}},
                                   {SelectNearest{point, 20}, SmoothCovariance{kernel}},
                                   {SelectAll{}, FlattenCovariance{.axis = Axis::middle, .factor = 0.5}},
@@ -236,7 +236,7 @@ TEST(Edit, LengthsAndPlacesAreOfTheWorld) {
 TEST(Edit, SelectionsAreThoseOfBruteForce) {
   const CovMesh mesh = test_mesh();
   const std::vector<Vec3>& means = mesh.vertices.means;
-  RandomSequence random(21);
+  Random random(21);
   for (int round = 0; round < 20; ++round) {
     const Vec3 a = random.vector(), b = random.vector();
     const SelectBox box{a.cwiseMin(b) - Vec3::Constant(0.3), a.cwiseMax(b) + Vec3::Constant(0.3)};

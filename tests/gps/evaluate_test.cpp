@@ -14,6 +14,7 @@
 #include <limits>
 
 #include "gps/surface_shapes.h"
+#include "support/covmeshes.h"
 
 namespace gpsrecon {
 
@@ -54,7 +55,7 @@ class Evaluation : public testing::TestWithParam<Shape> {
   CovMesh control(std::uint64_t seed = 1, double low = 0.05, double high = 0.5) const {
     return with_rules(with_random_covariances(mesh(), seed, low, high), rules());
   }
-  SurfaceParameter random_place(const SurfaceEvaluator& surface, RandomSequence& random) const {
+  SurfaceParameter random_place(const SurfaceEvaluator& surface, Random& random) const {
     SurfaceParameter place{static_cast<Index>(random.below(surface.patch_count())), random.uniform(0, 1),
                            random.uniform(0, 1)};
     if (triangular() && place.u + place.v > 1) place.u = 1 - place.u, place.v = 1 - place.v;
@@ -89,7 +90,7 @@ TEST_P(Evaluation, AgreesWithLimitMasksOfEveryLevel) {
 
 TEST_P(Evaluation, DerivativesAreThoseOfCentralDifferences) {
   const SurfaceEvaluator surface(control());
-  RandomSequence random(9);
+  Random random(9);
   int tried = 0;
   for (int trial = 0; trial < 200; ++trial) {
     const SurfaceParameter p = random_place(surface, random);
@@ -185,7 +186,7 @@ TEST_P(Evaluation, IsFiniteAndFlaggedAtIrregularVertices) {
 }
 
 TEST_P(Evaluation, FollowsAffineMaps) {
-  RandomSequence random(12);
+  Random random(12);
   Mat3 map = Mat3::Identity() + 0.4 * random.matrix();
   const Vec3 shift = 3 * random.vector();
   CovMesh before = control(), after = before;
@@ -194,7 +195,7 @@ TEST_P(Evaluation, FollowsAffineMaps) {
     after.vertices.covariances[v] = congruence(map, before.vertices.covariances[v]);
   }
   const SurfaceEvaluator first(before), second(after);
-  RandomSequence places(13);
+  Random places(13);
   for (int i = 0; i < 50; ++i) {
     const SurfaceParameter place = random_place(first, places);
     const SurfacePoint p = first.evaluate(place), q = second.evaluate(place);
@@ -209,7 +210,7 @@ TEST_P(Evaluation, IgnoresAGlobalFactorOfCovariances) {
   CovMesh before = control(), after = before;
   for (Sym3& c : after.vertices.covariances) c *= 1e-7;
   const SurfaceEvaluator first(before), second(after);
-  RandomSequence places(14);
+  Random places(14);
   for (int i = 0; i < 50; ++i) {
     const SurfaceParameter place = random_place(first, places);
     const SurfacePoint p = first.evaluate(place), q = second.evaluate(place);
@@ -222,7 +223,7 @@ TEST_P(Evaluation, IgnoresAGlobalFactorOfCovariances) {
 TEST_P(Evaluation, IsFiniteForNeedlesAndDiscs) {
   // The most that covariance meshes may hold.
   const SurfaceEvaluator surface(control(21, 1.001e-12, 1));
-  RandomSequence places(15);
+  Random places(15);
   for (int i = 0; i < 100; ++i) {
     const SurfaceParameter place = random_place(surface, places);
     const SurfacePoint p = surface.evaluate(place);
@@ -237,7 +238,7 @@ INSTANTIATE_TEST_SUITE_P(Shapes, Evaluation, testing::ValuesIn(all_shapes()), na
 TEST(SurfaceEvaluator, DoesNotDependOnThreads) {
   const CovMesh control = with_random_covariances(with_holes(irregular_sphere(8), 11), 3, 0.05, 0.5);
   std::vector<SurfaceParameter> places;
-  RandomSequence random(3);
+  Random random(3);
   for (int i = 0; i < 5000; ++i)
     places.push_back({static_cast<Index>(random.below(control.faces.size())), 0.5 * random.uniform(0, 1),
                       0.5 * random.uniform(0, 1)});

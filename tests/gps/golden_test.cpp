@@ -1,7 +1,7 @@
 // Figures recomputed in double precision for two published demos: nine-column linear Loop subdivision with Warren's
 // weights, mapped back at the end.
 
-#include "meshes.h"
+#include "support/covmeshes.h"
 
 #include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/mesh_topology.h>
@@ -29,16 +29,16 @@ struct Cone {
 
 CovMesh cone_mesh(const Sym3& apex) {
   const double d = 1.41421;
-  Mesh mesh = make_mesh({{0, 1.5, 0},
-                         {d, -1.5, -d},
-                         {0, -1.5, -2},
-                         {-d, -1.5, -d},
-                         {-2, -1.5, 0},
-                         {-d, -1.5, d},
-                         {0, -1.5, 2},
-                         {d, -1.5, d},
-                         {2, -1.5, 0}},
-                        {});
+  Mesh mesh = mesh_of({{0, 1.5, 0},
+                       {d, -1.5, -d},
+                       {0, -1.5, -2},
+                       {-d, -1.5, -d},
+                       {-2, -1.5, 0},
+                       {-d, -1.5, d},
+                       {0, -1.5, 2},
+                       {d, -1.5, d},
+                       {2, -1.5, 0}},
+                      {});
   for (Index i = 1; i < 8; ++i) mesh.faces.add(0, i, i + 1);
   mesh.faces.add(0, 8, 1);
   CovMesh cone = with_equal_covariances(mesh, Sym3::identity(0.01));

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <set>
 
-#include "meshes.h"
+#include "support/meshes.h"
 
 namespace gpsrecon::test {
 
@@ -70,7 +70,7 @@ TEST(Infer, VertexMethodIsTheCovarianceOfTheUmbrella) {
 
 TEST(Infer, CommutesWithSimilarities) {
   const Mesh mesh = irregular_sphere(5);
-  const Mat3 rotation = RandomSequence(2).rotation();
+  const Mat3 rotation = Random(2).rotation();
   const double scale = 37.5;
   Mesh moved = mesh;
   for (Vec3& p : moved.positions) p = scale * (rotation * p) + Vec3(3, -1, 2);
@@ -125,7 +125,7 @@ Mesh cube_grid(int n) {
 TEST(Infer, PolygonsOfAnySizeAreTheirCorners) {
   // A prism over a regular n-gon, turned: three face Gaussians meet at each vertex.
   for (const Index n : {3u, 5u, 8u, 40u}) {
-    const Mat3 rotation = RandomSequence(n).rotation();
+    const Mat3 rotation = Random(n).rotation();
     Mesh prism;
     for (const double z : {0.0, 1.0})
       for (Index k = 0; k < n; ++k) {
@@ -233,7 +233,7 @@ TEST(Infer, ScalesByPowersOfTwoBitForBit) {
 
 TEST(Infer, VertexMethodCommutesWithAffineMapsButForTheBias) {
   const Mesh mesh = irregular_sphere(8);
-  RandomSequence random(9);
+  Random random(9);
   const Mat3 map = random.rotation() * Vec3(1, 2, 0.5).asDiagonal() * random.rotation();
   Mesh moved = mesh;
   for (Vec3& p : moved.positions) p = map * p + Vec3(0.3, 5, -2);
@@ -257,8 +257,8 @@ TEST(Infer, VertexMethodCommutesWithAffineMapsButForTheBias) {
 
 TEST(Infer, NeedleFacesChangeNothingElse) {
   // A square of two triangles, a needle without area on one side of it, and a vertex without any face.
-  Mesh mesh = make_mesh({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0.5, 0, 0}, {9, 9, 9}},
-                        {{0, 1, 2}, {0, 2, 3}, {1, 0, 4}});
+  Mesh mesh =
+      mesh_of({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0.5, 0, 0}, {9, 9, 9}}, {{0, 1, 2}, {0, 2, 3}, {1, 0, 4}});
   for (const InferMethod method : {InferMethod::face, InferMethod::vertex}) {
     const Inference with_needle = infer_covariances(mesh, {.method = method});
     EXPECT_EQ(with_needle.degenerate_faces, 1u);
@@ -271,7 +271,7 @@ TEST(Infer, NeedleFacesChangeNothingElse) {
     EXPECT_GT(covariances[5].xx, 0);
   }
   const Inference with_needle = infer_covariances(mesh);
-  const Mesh plain = make_mesh({mesh.positions.begin(), mesh.positions.begin() + 4}, {{0, 1, 2}, {0, 2, 3}});
+  const Mesh plain = mesh_of({mesh.positions.begin(), mesh.positions.begin() + 4}, {{0, 1, 2}, {0, 2, 3}});
   const Inference without = infer_covariances(plain);
   for (std::size_t v = 0; v < 4; ++v)
     EXPECT_EQ(with_needle.mesh.vertices.covariances[v], without.mesh.vertices.covariances[v]);
@@ -308,15 +308,15 @@ TEST(Infer, FansWithoutAreaTakeWhatSurroundsThem) {
 }
 
 TEST(Infer, RefusesWhatHasNoArea) {
-  EXPECT_THROW(infer_covariances(make_mesh({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, {{0, 1, 2}})), NoSurfaceError);
-  EXPECT_THROW(infer_covariances(make_mesh({{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}, {{0, 1, 2}})), NoSurfaceError);
+  EXPECT_THROW(infer_covariances(mesh_of({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, {{0, 1, 2}})), NoSurfaceError);
+  EXPECT_THROW(infer_covariances(mesh_of({{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}, {{0, 1, 2}})), NoSurfaceError);
   EXPECT_THROW(infer_covariances(Mesh{}), NoSurfaceError);
   EXPECT_THROW(infer_covariances(tetrahedron(), {.bias = 0}), OptionError);
   EXPECT_THROW(infer_covariances(tetrahedron(), {.bias = std::nan("")}), OptionError);
   EXPECT_THROW(infer_covariances(tetrahedron(), {.sigma0 = Length::scene(-1)}), OptionError);
   EXPECT_THROW(infer_covariances(tetrahedron(), {.sigma0 = Length::scene(1e-200)}), OptionError);
   EXPECT_THROW(infer_covariances(tetrahedron(), {.sigma0 = Length::scene(std::nan(""))}), OptionError);
-  Mesh bow_tie = make_mesh({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}}, {{0, 1, 2}, {0, 3, 4}});
+  Mesh bow_tie = mesh_of({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}}, {{0, 1, 2}, {0, 3, 4}});
   EXPECT_THROW(infer_covariances(bow_tie), InvariantError);
 }
 

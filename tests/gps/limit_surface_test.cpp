@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "gps/meshes.h"
+#include "support/covmeshes.h"
 
 namespace gpsrecon {
 
@@ -24,7 +24,7 @@ TEST(LimitSurface, SpreadIsHowThePositionFollowsTheMeans) {
   const CovMesh mesh = open_control(3);
   const LimitSurface surface(mesh.faces, mesh.vertices.size(), 2);
   const SurfaceSamples samples = surface.evaluate(mesh.vertices);
-  test::RandomSequence random(5);
+  test::Random random(5);
   std::vector<Vec3> moves, levers;
   for (const Sym3& covariance : mesh.vertices.covariances) {
     moves.push_back(random.vector());
@@ -78,7 +78,7 @@ TEST(LimitSurface, ToLevelAppliesTheTransposedTables) {
                         second = dense(loop_stencils(middle, LoopWeights::loop, CornerRule::smooth)),
                         last = dense(limit_table(fine, LoopWeights::loop, CornerRule::smooth), &LimitWeight::position);
   const LimitSurface surface(mesh.faces, mesh.positions.size(), 2);
-  test::RandomSequence random(2);
+  test::Random random(2);
   std::vector<double> values(surface.sample_count());
   for (double& value : values) value = random.uniform(-1, 1);
   const Eigen::VectorXd y = Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<long>(values.size()));

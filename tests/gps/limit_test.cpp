@@ -5,7 +5,7 @@
 #include <gpsrecon/gps/refined_connectivity.h>
 #include <gtest/gtest.h>
 
-#include "meshes.h"
+#include "support/covmeshes.h"
 
 namespace gpsrecon::test {
 
@@ -175,7 +175,7 @@ TEST_P(LimitMasks, GiveTheNormalOfDeepGaussianProductRefinement) {
   if (!has_tangent_plane(c)) GTEST_SKIP() << "the scheme has no tangent plane here";
   // The triangle at a smooth corner is as long as h and as wide as h²: the curvature of the map turns it at any depth.
   if (c.faces == 1 && c.corners == CornerRule::smooth) GTEST_SKIP() << "face normals do not converge here";
-  RandomSequence random(c.faces);
+  Random random(c.faces);
   std::vector<DualPoint> dual;
   for (const Vec3& p : mesh().positions) dual.push_back(to_dual({p, random.covariance(0.02, 1)}));
   const DualMap map(limit<DualPoint>(mesh().faces, dual, &LimitWeight::position));

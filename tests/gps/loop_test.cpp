@@ -14,7 +14,7 @@
 #include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
 #include <OpenMesh/Tools/Subdivider/Uniform/LoopT.hh>
 
-#include "meshes.h"
+#include "support/covmeshes.h"
 
 namespace gpsrecon::test {
 
@@ -40,7 +40,7 @@ std::vector<Named> sample_meshes() {
           {"sphere with holes", with_holes(irregular_sphere(8), 7)},
           {"torus", torus(8, 5)},
           {"grid", grid(5, 4)},
-          {"one triangle", make_mesh({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}})},
+          {"one triangle", mesh_of({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}})},
           {"closed fan of 12", fan(12, true, 3)},
           {"open fan of 8", fan(8, false, 4)},
           {"two components and an unused vertex", two}};
@@ -166,7 +166,7 @@ TEST(LoopStencils, KeepSharpCornersAndUnusedVertices) {
 TEST(Stencils, TransposeIsTheAdjoint) {
   const Mesh mesh = with_holes(irregular_sphere(6), 11);
   const LimitSurface surface(mesh.faces, mesh.positions.size(), 2);
-  RandomSequence random(1);
+  Random random(1);
   std::vector<double> x(surface.control_count()), y(surface.sample_count());
   for (double& value : x) value = random.uniform(-1, 1);
   for (double& value : y) value = random.uniform(-1, 1);
@@ -218,7 +218,7 @@ TEST(LoopStencils, AgreeWithOpenMesh) {
                                      {"grid", grid(4, 3)}};
   for (const Named& named : meshes) {
     SCOPED_TRACE(named.name);
-    const CovMesh control = with_equal_covariances(named.mesh, RandomSequence(9).covariance(0.1, 1));
+    const CovMesh control = with_equal_covariances(named.mesh, Random(9).covariance(0.1, 1));
     const Mesh ours = subdivide(control, {.levels = 2, .limit = false});
     const std::vector<Vec3> theirs = openmesh_loop(named.mesh, 2);
     ASSERT_EQ(theirs.size(), ours.positions.size());

@@ -10,8 +10,8 @@
 #include <map>
 #include <memory>
 
-#include "meshes.h"
 #include "opensubdiv.h"
+#include "support/covmeshes.h"
 #include "support/data_files.h"
 
 namespace gpsrecon::test {
@@ -136,7 +136,7 @@ TEST(OpenSubdivEvaluation, AgreesOnLoopSurfaces) {
 
 TEST(OpenSubdivEvaluation, AgreesAtBoundaries) {
   Mesh patch = grid(5, 4);
-  RandomSequence random(6);
+  Random random(6);
   for (Vec3& p : patch.positions) p += 0.3 * random.vector();
   for (const CornerRule corners : {CornerRule::smooth, CornerRule::sharp})
     expect_agreement(patch, {.corners = corners});

@@ -9,7 +9,7 @@
 #include <opensubdiv/far/primvarRefiner.h>
 
 #include "opensubdiv.h"
-#include "polygon_shapes.h"
+#include "support/covmeshes.h"
 
 namespace gpsrecon::test {
 
@@ -56,7 +56,7 @@ Level opensubdiv_level(const Mesh& mesh, const SurfaceRules& rules) {
 
 /// Vertices are numbered differently: those of one are matched with the nearest of the other, one to one.
 void expect_agreement(const Mesh& mesh, const SurfaceRules& rules) {
-  const CovMesh control = with_rules(with_equal_covariances(mesh, RandomSequence(5).covariance(0.1, 1)), rules);
+  const CovMesh control = with_rules(with_equal_covariances(mesh, Random(5).covariance(0.1, 1)), rules);
   SubdivideOptions refine{.levels = levels, .limit = false};
   const Mesh refined = subdivide(control, refine);
   refine.limit = true;
@@ -88,7 +88,7 @@ TEST(OpenSubdivLoop, AgreesOnClosedMeshes) {
 
 TEST(OpenSubdivLoop, AgreesOnBoundaries) {
   Mesh patch = grid(5, 4);
-  RandomSequence random(6);
+  Random random(6);
   for (Vec3& p : patch.positions) p += 0.3 * random.vector();
   for (const CornerRule corners : {CornerRule::smooth, CornerRule::sharp})
     expect_agreement(patch, {.corners = corners});

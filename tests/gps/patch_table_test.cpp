@@ -14,6 +14,7 @@
 #include <cmath>
 
 #include "gps/surface_shapes.h"
+#include "support/covmeshes.h"
 
 namespace gpsrecon {
 
@@ -53,7 +54,7 @@ class BasisFunctions : public testing::TestWithParam<Shape> {
 
   /// Places of every patch: inside, on edges, close to its first corner and at it.
   std::vector<SurfaceParameter> places(const PatchTable& of) const {
-    RandomSequence random(7);
+    Random random(7);
     std::vector<SurfaceParameter> places;
     for (Index patch = 0; patch < of.patch_count(); ++patch) {
       for (int i = 0; i < 4; ++i) {
@@ -118,7 +119,7 @@ TEST_P(BasisFunctions, GiveTheSurfaceThroughTheGaussianProduct) {
 // The masks of uniform refinement, applied to any values, are another way to the values at its vertices.
 TEST_P(BasisFunctions, AreThoseOfUniformRefinement) {
   const PatchTable basis = table();
-  RandomSequence random(3);
+  Random random(3);
   std::vector<Vec3> values(mesh().positions.size());
   for (Vec3& x : values) x = random.vector();
   for (const int levels : {0, 1, 3}) {
@@ -259,7 +260,7 @@ TEST_P(BasisFunctions, KeepTheirDigitsAtAnyDepth) {
 
 TEST_P(BasisFunctions, AreLimitMasksAtIrregularVertices) {
   const PatchTable basis = table();
-  RandomSequence random(5);
+  Random random(5);
   std::vector<double> control(mesh().positions.size());
   for (double& x : control) x = random.uniform(-1, 1);
   const std::vector<double> base = basis.to_base<double>(control, {}), points = basis.to_points<double>(base, {});
@@ -286,7 +287,7 @@ TEST_P(BasisFunctions, AreLimitMasksAtIrregularVertices) {
 // The points of leaves as a reader of the arrays would use them.
 TEST_P(BasisFunctions, CanBeReadAsFlatArrays) {
   const PatchTable basis = table();
-  RandomSequence random(6);
+  Random random(6);
   for (Index l = 0; l < basis.leaves().size(); ++l) {
     const PatchTable::Leaf& leaf = basis.leaves()[l];
     std::vector<Index> points(basis.points_of(leaf).begin(), basis.points_of(leaf).end());
@@ -325,7 +326,7 @@ TEST(PatchTable, DoesNotDependOnThreads) {
   const Mesh mesh = with_holes(irregular_sphere(8), 11);
   const PatchTable table(mesh.faces, mesh.positions.size());
   std::vector<SurfaceParameter> places;
-  RandomSequence random(3);
+  Random random(3);
   for (int i = 0; i < 3000; ++i)
     places.push_back({static_cast<Index>(random.below(table.patch_count())), 0.5 * random.uniform(0, 1),
                       0.5 * random.uniform(0, 1)});

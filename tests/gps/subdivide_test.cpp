@@ -11,24 +11,20 @@
 
 #include <cstring>
 
-#include "meshes.h"
+#include "support/covmeshes.h"
+#include "support/same_bytes.h"
 
 namespace gpsrecon::test {
 
 using namespace internal;
 namespace {
 
-template <class T>
-bool same_bytes(const std::vector<T>& a, const std::vector<T>& b) {
-  return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
-}
-
 Mesh open_irregular_mesh() {
   return with_holes(irregular_sphere(21), 7);
 }
 
 TEST(Dual, MapsBothWays) {
-  RandomSequence random(4);
+  Random random(4);
   for (int trial = 0; trial < 200; ++trial) {
     const Gaussian g{random.vector(), random.covariance(1e-3, 1)};
     const Gaussian back = from_dual(to_dual(g));
@@ -41,7 +37,7 @@ TEST(Dual, MapsBothWays) {
 }
 
 TEST(Dual, IsThePolynomialOfTheSquaredMahalanobisDistance) {
-  RandomSequence random(5);
+  Random random(5);
   const Gaussian g{random.vector(), random.covariance(0.1, 1)};
   const DualPoint q = to_dual(g);
   const Mat3 precision = g.covariance.matrix().inverse();
@@ -54,7 +50,7 @@ TEST(Dual, IsThePolynomialOfTheSquaredMahalanobisDistance) {
 }
 
 TEST(Dual, TangentIsTheDerivativeOfTheMap) {
-  RandomSequence random(6);
+  Random random(6);
   const DualPoint a = to_dual({random.vector(), random.covariance(0.1, 1)});
   const DualPoint b = to_dual({random.vector(), random.covariance(0.1, 1)});
   const double h = 1e-5;
@@ -67,7 +63,7 @@ TEST(Subdivide, EqualCovariancesGiveTheLinearScheme) {
   const Mesh mesh = open_irregular_mesh();
   const LimitSurface surface(mesh.faces, mesh.positions.size(), 2);
   const std::vector<Vec3> linear = surface.to_samples<Vec3>(mesh.positions);
-  const CovMesh control = with_equal_covariances(mesh, RandomSequence(3).covariance(0.1, 1));
+  const CovMesh control = with_equal_covariances(mesh, Random(3).covariance(0.1, 1));
   EXPECT_LT(max_distance(subdivide(control, {.levels = 2}).positions, linear), 1e-13);
 }
 
@@ -76,7 +72,7 @@ TEST(Subdivide, CommutesWithAffineMaps) {
     const CovMesh control = with_random_covariances(open_irregular_mesh(), 11);
     const SubdivideOptions options{.levels = 2, .limit = limit};
     const Mesh surface = subdivide(control, options);
-    RandomSequence random(12);
+    Random random(12);
     for (int trial = 0; trial < 6; ++trial) {
       Mat3 a = random.matrix() + 0.5 * random.rotation();
       if ((a.determinant() < 0) != (trial % 2 == 1)) a.col(0) *= -1;  // every second one a reflection
@@ -129,7 +125,7 @@ TEST(Subdivide, ScalesExactlyByPowersOfTwo) {
 
 TEST(Subdivide, ReproducesPlanes) {
   Mesh flat = grid(6, 5);
-  RandomSequence random(15);
+  Random random(15);
   for (Vec3& p : flat.positions) p += Vec3(0.3 * random.uniform(-1, 1), 0.3 * random.uniform(-1, 1), 0);
   const Mat3 rotation = random.rotation();
   const Vec3 normal = rotation.col(2), shift(1, 2, 3);
@@ -209,7 +205,7 @@ TEST(Subdivide, NormalsAreUnitAndOnTheSideOfTheFaces) {
 
 TEST(Subdivide, SigmaIsTheDeviationAlongTheNormalWithoutTheKernel) {
   // Equal covariances stay what they are at every vertex.
-  const Sym3 covariance = RandomSequence(18).covariance(0.01, 0.04);
+  const Sym3 covariance = Random(18).covariance(0.01, 0.04);
   CovMesh control = with_equal_covariances(torus(9, 6), covariance);
   const double kernel_variance = eigen_decomposition(covariance).values[1];
   control.vertices.sigma0 = std::sqrt(kernel_variance);
@@ -271,7 +267,7 @@ TEST(Subdivide, KeepsPrecisionForFlatGaussiansFarApart) {
   const CovMesh control = with_equal_covariances(flat, Sym3::diagonal(1, 1, 1e-10));
   const LimitSurface surface(flat.faces, flat.positions.size(), 2);
   EXPECT_LT(max_distance(subdivide(control, {.levels = 2}).positions, surface.to_samples<Vec3>(flat.positions)), 1e-12);
-  const Mat3 rotation = RandomSequence(20).rotation();
+  const Mat3 rotation = Random(20).rotation();
   CovMesh turned = control;
   for (Vec3& mean : turned.vertices.means) mean = rotation * mean;
   for (Sym3& c : turned.vertices.covariances) c = congruence(rotation, Sym3::diagonal(1, 1, 1e-6));
@@ -292,10 +288,10 @@ TEST(Subdivide, KeepsPrecisionFarFromTheOrigin) {
 }
 
 TEST(Subdivide, SurvivesMeshesWithoutTangentPlanes) {
-  CovMesh pillow = with_random_covariances(make_mesh({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}, {0, 2, 1}}), 1);
-  CovMesh needle = with_equal_covariances(make_mesh({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, {{0, 1, 2}}), Sym3::identity());
-  CovMesh point = with_equal_covariances(make_mesh({{1, 1, 1}, {1, 1, 1}, {1, 1, 1}}, {{0, 1, 2}}), Sym3::identity());
-  CovMesh loose = with_random_covariances(make_mesh({{0, 0, 0}, {1, 0, 0}}, {}), 2);
+  CovMesh pillow = with_random_covariances(mesh_of({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}, {0, 2, 1}}), 1);
+  CovMesh needle = with_equal_covariances(mesh_of({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, {{0, 1, 2}}), Sym3::identity());
+  CovMesh point = with_equal_covariances(mesh_of({{1, 1, 1}, {1, 1, 1}, {1, 1, 1}}, {{0, 1, 2}}), Sym3::identity());
+  CovMesh loose = with_random_covariances(mesh_of({{0, 0, 0}, {1, 0, 0}}, {}), 2);
   for (const CovMesh& mesh : {pillow, needle, point, loose})
     for (int levels = 0; levels <= 2; ++levels) {
       const Mesh surface = subdivide(mesh, {.levels = levels});
@@ -319,7 +315,7 @@ TEST(Subdivide, SurvivesMeshesWithoutTangentPlanes) {
 TEST(Subdivide, TakesTheNormalOfTheFacesWhereTangentsAreParallel) {
   // Two faces at a boundary vertex (0) whose inner edge is parallel to the chord of the boundary.
   const Mesh mesh =
-      make_mesh({{0, 0, 0}, {2, 1, 0.5}, {1, 0, 0}, {-1, 1, 0.5}, {4, 0, 2}}, {{0, 1, 2}, {0, 2, 3}, {2, 1, 4}});
+      mesh_of({{0, 0, 0}, {2, 1, 0.5}, {1, 0, 0}, {-1, 1, 0.5}, {4, 0, 2}}, {{0, 1, 2}, {0, 2, 3}, {2, 1, 4}});
   const Mesh surface = subdivide(with_equal_covariances(mesh, Sym3::identity()), {.levels = 0});
   const std::vector<Vec3>& p = surface.positions;
   const Vec3 area = (p[1] - p[0]).cross(p[2] - p[0]) + (p[2] - p[0]).cross(p[3] - p[0]);
@@ -369,7 +365,7 @@ TEST(LevelForEdgeLength, HalvesTheMeanEdge) {
   EXPECT_EQ(level_for_edge_length(CovMesh{}, 1), 0);
   // Interior edges count once, like boundary edges.
   const CovMesh two = with_equal_covariances(
-      make_mesh({{0, 0, 0}, {8, 0, 0}, {4, 3, 0}, {4, -3, 0}}, {{0, 1, 2}, {1, 0, 3}}), Sym3::identity());
+      mesh_of({{0, 0, 0}, {8, 0, 0}, {4, 3, 0}, {4, -3, 0}}, {{0, 1, 2}, {1, 0, 3}}), Sym3::identity());
   EXPECT_EQ(level_for_edge_length(two, 28.0 / 5 + 1e-9), 0);
   EXPECT_EQ(level_for_edge_length(two, 28.0 / 5 - 1e-9), 1);
 }

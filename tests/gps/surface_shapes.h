@@ -7,11 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "gps/polygon_shapes.h"
+#include "support/meshes.h"
 
 namespace gpsrecon::test {
-
-using namespace internal;
 
 /// A control mesh and the surface it stands for.
 struct Shape {
@@ -26,7 +24,7 @@ inline void PrintTo(const Shape& shape, std::ostream* out) {
 
 /// Two triangles back to back: vertices of valence two.
 inline Mesh pillow() {
-  return make_mesh({{0, 0, 0}, {1, 0, 0.1}, {0, 1, 0.2}}, {{0, 1, 2}, {0, 2, 1}});
+  return mesh_of({{0, 0, 0}, {1, 0, 0.1}, {0, 1, 0.2}}, {{0, 1, 2}, {0, 2, 1}});
 }
 
 inline std::vector<Shape> all_shapes() {
@@ -34,13 +32,13 @@ inline std::vector<Shape> all_shapes() {
   for (const CornerRule corners : {CornerRule::smooth, CornerRule::sharp}) {
     const std::string rule = corners == CornerRule::smooth ? "_smooth" : "_sharp";
     const SurfaceRules triangles{.corners = corners}, quads{.scheme = Scheme::catmull_clark, .corners = corners};
-    shapes.push_back({"triangle" + rule, make_mesh({{0, 0, 0}, {1, 0, 0.1}, {0, 1, 0.2}}, {{0, 1, 2}}), triangles});
+    shapes.push_back({"triangle" + rule, mesh_of({{0, 0, 0}, {1, 0, 0.1}, {0, 1, 0.2}}, {{0, 1, 2}}), triangles});
     shapes.push_back({"grid" + rule, shaken(grid(5, 4), 6), triangles});
     shapes.push_back({"strip" + rule, shaken(grid(4, 1), 7), triangles});
     for (const Index n : {2, 3, 4, 5, 6, 7, 12})
       shapes.push_back({"open_fan_" + std::to_string(n) + rule, fan(n, false, n), triangles});
     shapes.push_back({"quad" + rule, shaken(quad_grid(1, 1), 8), quads});
-    shapes.push_back({"pentagon" + rule, polygons(fan(5, true, 4).positions, {{1, 2, 3, 4, 5}}), quads});
+    shapes.push_back({"pentagon" + rule, mesh_of(fan(5, true, 4).positions, {{1, 2, 3, 4, 5}}), quads});
     shapes.push_back({"quad_grid" + rule, shaken(quad_grid(4, 3), 9), quads});
     shapes.push_back({"quad_strip" + rule, shaken(quad_grid(4, 1), 10), quads});
     shapes.push_back({"mixed" + rule, mixed_polygons(), quads});
@@ -64,7 +62,7 @@ inline std::vector<Shape> all_shapes() {
   shapes.push_back({"cube", cube(), {.scheme = Scheme::catmull_clark}});
   shapes.push_back({"quad_isolated", with_isolated_vertex(cube()), {.scheme = Scheme::catmull_clark}});
   shapes.push_back({"quad_pillow",
-                    polygons({{0, 0, 0}, {1, 0, 0.1}, {1, 1, 0.3}, {0, 1, 0.2}}, {{0, 1, 2, 3}, {3, 2, 1, 0}}),
+                    mesh_of({{0, 0, 0}, {1, 0, 0.1}, {1, 1, 0.3}, {0, 1, 0.2}}, {{0, 1, 2, 3}, {3, 2, 1, 0}}),
                     {.scheme = Scheme::catmull_clark}});
   shapes.push_back({"triangles_as_polygons", irregular_sphere(6, 20), {.scheme = Scheme::catmull_clark}});
   return shapes;

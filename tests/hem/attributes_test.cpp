@@ -6,10 +6,11 @@
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/hem/attributes.h>
 #include <gpsrecon/hem/hem.h>
-#include <support/shapes.h>
 #include <cstring>
 #include <limits>
 #include <set>
+
+#include "support/shapes.h"
 
 namespace gpsrecon {
 

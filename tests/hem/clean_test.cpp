@@ -5,31 +5,25 @@
 #include <gpsrecon/core/clean.h>
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/in_frame.h>
-#include <support/shapes.h>
 #include <cstring>
 #include <limits>
 #include <map>
 #include <tuple>
+
+#include "support/same_bytes.h"
+#include "support/shapes.h"
 
 namespace gpsrecon {
 
 using namespace internal;
 namespace {
 
+using test::cloud_of;
 using test::Random;
+using test::same_bytes;
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double infinity = std::numeric_limits<double>::infinity();
-
-PointCloud cloud_of(std::vector<Vec3> points) {
-  PointCloud cloud;
-  cloud.positions = std::move(points);
-  return cloud;
-}
-
-bool same_bytes(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
-  return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(Vec3)) == 0);
-}
 
 /// Diagonal of the box of the 1 % and 99 % quantiles, by sorting.
 double robust_diagonal(const std::vector<Vec3>& points) {
@@ -206,7 +200,7 @@ TEST(Clean, WorldCoordinatesGiveBackTheLocalBits) {
       const Frame frame = clean(test::random_sphere(500, 15, size, offset).cloud()).cloud.frame;
       for (int k = 0; k < 5000; ++k) {
         const double reach = std::ldexp(1.0, static_cast<int>(random.below(24)) - 20);
-        const Vec3 local = random.in_cube(-reach, reach);
+        const Vec3 local = random.vector(-reach, reach);
         const Vec3 once = frame.to_local(frame.to_world(local));
         const Vec3 twice = frame.to_local(frame.to_world(once));
         ASSERT_EQ(once, twice) << "size " << size << " offset " << offset.transpose();

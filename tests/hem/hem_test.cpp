@@ -7,9 +7,11 @@
 #include <gpsrecon/core/gaussian.h>
 #include <gpsrecon/core/scale.h>
 #include <gpsrecon/hem/hem.h>
-#include <support/shapes.h>
 #include <Eigen/LU>
 #include <cstring>
+
+#include "support/same_bytes.h"
+#include "support/shapes.h"
 
 namespace gpsrecon {
 
@@ -19,14 +21,12 @@ namespace {
 using test::Moments;
 using test::moments;
 using test::Random;
+using test::same_bytes;
 using testing::HasSubstr;
 using testing::ThrowsMessage;
 
 PointCloud random_cloud(std::size_t n, std::uint64_t seed) {
-  Random random(seed);
-  PointCloud cloud;
-  for (std::size_t i = 0; i < n; ++i) cloud.positions.push_back(random.in_cube(-0.5, 0.5));
-  return cloud;
+  return test::cloud_of(Random(seed).vectors(n, -0.5, 0.5));
 }
 
 /// The reduction as it is published: from balls, without levels that only merge in flat places.
@@ -47,10 +47,6 @@ std::vector<Mixture> levels(const PointCloud& cloud, HemOptions options, const R
   return found;
 }
 
-template <class T>
-bool same_bytes(const std::vector<T>& a, const std::vector<T>& b) {
-  return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
-}
 bool same_bytes(const Mixture& a, const Mixture& b) {
   return same_bytes(a.means, b.means) && same_bytes(a.covariances, b.covariances) && same_bytes(a.weights, b.weights) &&
          same_bytes(a.normals, b.normals) && same_bytes(a.normal_variances, b.normal_variances);

@@ -3,8 +3,9 @@
 #include <numbers>
 
 #include <gpsrecon/hem/initial_mixture.h>
-#include <support/shapes.h>
 #include <Eigen/Eigenvalues>
+
+#include "support/shapes.h"
 
 namespace gpsrecon {
 
@@ -89,7 +90,7 @@ TEST(InitialMixture, LocalCovarianceIsThatOfTheNeighbours) {
   // Second implementation: sort all distances, two-pass covariance.
   Random random(33);
   PointCloud cloud;
-  for (int i = 0; i < 120; ++i) cloud.positions.push_back(random.in_cube(0, 1));
+  for (int i = 0; i < 120; ++i) cloud.positions.push_back(random.vector(0, 1));
   const int k = 9;
   const double spacing = 0.2, sigma0 = 0.05;
   const Mixture m = initial_mixture(cloud, Neighbors(cloud.positions), {sigma0, spacing},
@@ -172,7 +173,7 @@ TEST(InitialMixture, BalanceCountsCoincidentPoints) {
   Random random(35);
   PointCloud merged, apart;
   for (int i = 0; i < 400; ++i) {
-    merged.positions.push_back(random.in_cube(0, 5));
+    merged.positions.push_back(random.vector(0, 5));
     merged.weights.push_back(static_cast<double>(1 + random.below(3)));
     for (int k = 0; k < merged.weights.back(); ++k) apart.positions.push_back(merged.positions.back());
   }

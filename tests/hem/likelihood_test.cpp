@@ -27,7 +27,7 @@ Mixture uneven_mixture() {
 std::vector<Vec3> places() {
   test::Random random(8);
   std::vector<Vec3> points;
-  for (int i = 0; i < 500; ++i) points.push_back(random.in_cube(-1.5, 1.5));
+  for (int i = 0; i < 500; ++i) points.push_back(random.vector(-1.5, 1.5));
   for (const Vec3& p : test::random_sphere(500, 9).points) points.push_back(p);
   points.emplace_back(1e3, 0, 0);
   return points;

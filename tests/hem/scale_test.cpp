@@ -3,7 +3,8 @@
 
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/core/scale.h>
-#include <support/shapes.h>
+
+#include "support/shapes.h"
 
 namespace gpsrecon {
 namespace {

@@ -63,7 +63,7 @@ TEST(Attributes, OfMixturesComeBackAsStored) {
       // What is stored once is stored the same again.
       expect_same(as_stored(stored).scalars, stored.scalars);
 
-      write_covmesh({mixture, test::octahedron_faces()}, path, encoding);
+      write_covmesh({mixture, test::octahedron().faces}, path, encoding);
       const CovMesh mesh = read_covmesh(path);
       EXPECT_EQ(mesh.vertices.colors, mixture.colors);
       expect_same(mesh.vertices.scalars, stored.scalars);
@@ -79,7 +79,7 @@ TEST(Attributes, AMixtureWithoutThemHasNoTraceOfThem) {
 
 TEST(Attributes, OfMeshesAreAsWideAsTheyNeedToBe) {
   const TemporaryFolder folder;
-  Mesh mesh = test::octahedron_mesh();
+  Mesh mesh = test::octahedron();
   mesh.scalars = {{"segment", {1, -2, 3, 4, 5, 16777217}, ScalarKind::label},
                   {"label", {1, 2, nan, 4, 5, 6}, ScalarKind::label},
                   {"intensity", {0.1, 0.2, 0.3, nan, 0.5, 0.6}},
@@ -97,7 +97,7 @@ TEST(Attributes, OfMeshesAreAsWideAsTheyNeedToBe) {
 
 TEST(Attributes, ColorsOfObjAndOff) {
   const TemporaryFolder folder;
-  Mesh mesh = test::octahedron_mesh();
+  Mesh mesh = test::octahedron();
   for (int v = 0; v < 6; ++v)
     mesh.colors.push_back(
         {static_cast<std::uint8_t>(v), static_cast<std::uint8_t>(51 * v), static_cast<std::uint8_t>(255 - v)});

@@ -110,7 +110,7 @@ TEST(Writers, NameTheFileAndTheReason) {
             folder.path().string() + ": cannot write: Is a directory");
   for (const char* const name : {"full.ply", "full.off", "full.obj", "full.stl"}) {
     std::filesystem::create_symlink("/dev/full", folder / name);
-    EXPECT_EQ(output_error_of([&] { write_mesh(test::octahedron_mesh(), folder / name); }),
+    EXPECT_EQ(output_error_of([&] { write_mesh(test::octahedron(), folder / name); }),
               (folder / name) + ": cannot write: No space left on device");
   }
   EXPECT_TRUE(std::filesystem::is_character_file("/dev/full"));
@@ -138,7 +138,7 @@ TEST(Writers, LeaveNothingBehindWhenTheDiskIsFull) {
 TEST(Writers, RefuseNamesOfOtherFormats) {
   const TemporaryFolder folder;
   for (const char* const name : {"out.xyz", "out.pcd", "out.las", "out", "out.docx"})
-    EXPECT_THAT(output_error_of([&] { write_mesh(test::octahedron_mesh(), folder / name); }),
+    EXPECT_THAT(output_error_of([&] { write_mesh(test::octahedron(), folder / name); }),
                 HasSubstr("expected a name with the extension .ply, .off, .obj, .stl or .glb"))
         << name;
   for (const char* const name : {"out.off", "out.stl", "out.xyz", "out.las"})

@@ -9,27 +9,25 @@
 
 #include "small_files.h"
 
+#include "support/same_bytes.h"
+
 namespace gpsrecon {
 
 using namespace internal;
 namespace {
 
-using test::Numbers;
+using test::Random;
 using test::read_bytes;
+using test::same_bytes;
 using test::TemporaryFolder;
 
 // Equality of bits: NaN equals itself, and 0 differs from -0.
-template <class T>
-bool same_bits(const std::vector<T>& a, const std::vector<T>& b) {
-  return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
-}
-
 void expect_same_bits(const Mixture& a, const Mixture& b) {
-  EXPECT_TRUE(same_bits(a.means, b.means));
-  EXPECT_TRUE(same_bits(a.covariances, b.covariances));
-  EXPECT_TRUE(same_bits(a.weights, b.weights));
-  EXPECT_TRUE(same_bits(a.normals, b.normals));
-  EXPECT_TRUE(same_bits(a.normal_variances, b.normal_variances));
+  EXPECT_TRUE(same_bytes(a.means, b.means));
+  EXPECT_TRUE(same_bytes(a.covariances, b.covariances));
+  EXPECT_TRUE(same_bytes(a.weights, b.weights));
+  EXPECT_TRUE(same_bytes(a.normals, b.normals));
+  EXPECT_TRUE(same_bytes(a.normal_variances, b.normal_variances));
   EXPECT_EQ(a.sigma0, b.sigma0);
   EXPECT_EQ(a.frame, b.frame);
 }
@@ -61,8 +59,8 @@ TEST_P(BothEncodings, MixtureToTheRoundingOfWorldCoordinates) {
   const Mixture mixture = test::random_mixture(100, utm, true);
   write_mixture(mixture, path_, GetParam());
   const Mixture read = read_mixture(path_);
-  EXPECT_TRUE(same_bits(read.covariances, mixture.covariances));
-  EXPECT_TRUE(same_bits(read.weights, mixture.weights));
+  EXPECT_TRUE(same_bytes(read.covariances, mixture.covariances));
+  EXPECT_TRUE(same_bytes(read.weights, mixture.weights));
   EXPECT_EQ(read.sigma0, mixture.sigma0);
   EXPECT_EQ(read.frame, mixture.frame);
   for (std::size_t s = 0; s < mixture.size(); ++s) {
@@ -151,14 +149,14 @@ TEST_P(BothEncodings, PointsWithAllAttributesAreLossless) {
   write_points(cloud, path_, GetParam());
   EXPECT_EQ(probe_file(path_), FileKind::points);
   const PointCloud read = read_points(path_);
-  EXPECT_TRUE(same_bits(read.positions, cloud.positions));
-  EXPECT_TRUE(same_bits(read.normals, cloud.normals));
-  EXPECT_TRUE(same_bits(read.sensors, cloud.sensors));
+  EXPECT_TRUE(same_bytes(read.positions, cloud.positions));
+  EXPECT_TRUE(same_bytes(read.normals, cloud.normals));
+  EXPECT_TRUE(same_bytes(read.sensors, cloud.sensors));
   EXPECT_EQ(read.colors, cloud.colors);
   ASSERT_EQ(read.scalars.size(), 2u);
   for (std::size_t c = 0; c < 2; ++c) {
     EXPECT_EQ(read.scalars[c].name, cloud.scalars[c].name);
-    EXPECT_TRUE(same_bits(read.scalars[c].values, cloud.scalars[c].values));
+    EXPECT_TRUE(same_bytes(read.scalars[c].values, cloud.scalars[c].values));
   }
 }
 
@@ -217,7 +215,7 @@ TEST_P(BothEncodings, EmptyThings) {
 }
 
 Mesh mesh_with_attributes() {
-  Mesh mesh = test::octahedron_mesh();
+  Mesh mesh = test::octahedron();
   mesh.scalars = {{"curvature", {}}};
   for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
     mesh.normals.push_back(mesh.positions[v]);
@@ -262,7 +260,7 @@ TEST_P(BothEncodings, MeshIsWrittenInTheWorld) {
 // float is kept while it moves no vertex by more than a millionth of the diagonal; 2^24 + 1 is the first integer that
 // float moves, by one.
 TEST_P(BothEncodings, MeshPositionsAreDoubleWhereFloatIsTooCoarse) {
-  Mesh mesh = test::octahedron_mesh();
+  Mesh mesh = test::octahedron();
   const auto stored_type = [&] {
     write_mesh(mesh, path_, GetParam());
     return read_bytes(path_).find("property float x\n") != std::string::npos ? "float" : "double";
@@ -294,13 +292,13 @@ TEST_P(BothEncodings, FacesOfManyCorners) {
 
 TEST(MeshFormats, OffAndObjKeepEveryBit) {
   const TemporaryFolder folder;
-  Mesh mesh = test::octahedron_mesh();
-  Numbers numbers(11);
+  Mesh mesh = test::octahedron();
+  Random random(11);
   for (Vec3& p : mesh.positions) {
-    p = 1e5 * numbers.next_vector();
-    mesh.normals.push_back(numbers.next_vector().normalized());
+    p = 1e5 * random.vector();
+    mesh.normals.push_back(random.vector().normalized());
   }
-  mesh.positions.push_back(numbers.next_vector());  // in no face
+  mesh.positions.push_back(random.vector());  // in no face
   mesh.normals.emplace_back(0, 0, 1);
   const std::vector<Index> quad{0, 2, 1, 3};
   mesh.faces.add(quad);
@@ -308,15 +306,15 @@ TEST(MeshFormats, OffAndObjKeepEveryBit) {
     write_mesh(mesh, folder / name);
     EXPECT_EQ(probe_file(folder / name), FileKind::mesh);
     const Mesh read = read_mesh(folder / name);
-    EXPECT_TRUE(same_bits(read.positions, mesh.positions)) << name;
+    EXPECT_TRUE(same_bytes(read.positions, mesh.positions)) << name;
     EXPECT_EQ(read.faces, mesh.faces) << name;
-    EXPECT_TRUE(same_bits(read_points(folder / name).positions, mesh.positions)) << name;
+    EXPECT_TRUE(same_bytes(read_points(folder / name).positions, mesh.positions)) << name;
   }
   // Normals of vertices that no face uses have no place in an OBJ file.
   mesh.positions.pop_back();
   mesh.normals.pop_back();
   write_mesh(mesh, folder / "mesh.obj");
-  EXPECT_TRUE(same_bits(read_mesh(folder / "mesh.obj").normals, mesh.normals));
+  EXPECT_TRUE(same_bytes(read_mesh(folder / "mesh.obj").normals, mesh.normals));
 }
 
 TEST(MeshFormats, CreasedObjNormalsAreGivenUp) {
@@ -332,9 +330,9 @@ TEST(MeshFormats, CreasedObjNormalsAreGivenUp) {
 TEST(MeshFormats, StlMergesCornersAndSplitsPolygons) {
   const TemporaryFolder folder;
   const std::string path = folder / "mesh.stl";
-  Mesh mesh = test::octahedron_mesh();
+  Mesh mesh = test::octahedron();
   mesh.frame = {Vec3(4, 0, 0), 1};
-  mesh.faces = test::octahedron_faces();
+  mesh.faces = test::octahedron().faces;
   write_mesh(mesh, path);
   Mesh read = read_mesh(path);
   ASSERT_EQ(read.positions.size(), 6u);

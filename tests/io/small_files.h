@@ -1,6 +1,5 @@
 #pragma once
 
-#include <gpsrecon/core/random.h>
 #include <gpsrecon/io/io.h>
 
 #include <bit>
@@ -9,77 +8,45 @@
 #include <utility>
 #include <vector>
 
+#include "support/meshes.h"
 #include "support/temporary_folder.h"
 
 // Small objects and small files of every format, shared by the tests of this folder.
 
 namespace gpsrecon::test {
 
-using namespace internal;
-
-/// Numbers in [-1, 1) that differ in all bits.
-class Numbers {
- public:
-  explicit Numbers(std::uint64_t seed) : seed_(seed) {}
-  double next() { return 2 * random_uniform(seed_, 0, counter_++) - 1; }
-  Vec3 next_vector() {
-    const double x = next(), y = next();
-    return {x, y, next()};
-  }
-
- private:
-  std::uint64_t seed_;
-  std::uint64_t counter_ = 0;
-};
-
 inline Mixture random_mixture(std::size_t n, const Frame& frame, bool with_normals, std::uint64_t seed = 1) {
-  Numbers numbers(seed);
+  Random random(seed);
   Mixture mixture;
   mixture.frame = frame;
-  mixture.sigma0 = 0.0123 + 0.001 * numbers.next();
+  mixture.sigma0 = 0.0123 + 0.001 * random.uniform(-1, 1);
   for (std::size_t s = 0; s < n; ++s) {
-    mixture.means.push_back(numbers.next_vector());
+    mixture.means.push_back(random.vector());
     Sym3 covariance = Sym3::identity(1e-4);
-    for (int k = 0; k < 2; ++k) covariance += 0.01 * Sym3::outer(numbers.next_vector());
+    for (int k = 0; k < 2; ++k) covariance += 0.01 * Sym3::outer(random.vector());
     mixture.covariances.push_back(covariance);
-    mixture.weights.push_back(10 + numbers.next());
+    mixture.weights.push_back(10 + random.uniform(-1, 1));
     if (!with_normals) continue;
-    mixture.normals.push_back(numbers.next_vector().normalized());
-    mixture.normal_variances.push_back(std::abs(numbers.next()));
+    mixture.normals.push_back(random.vector().normalized());
+    mixture.normal_variances.push_back(std::abs(random.uniform(-1, 1)));
   }
   return mixture;
 }
 
-inline FaceList octahedron_faces() {
-  FaceList faces;
-  for (const auto& [a, b, c] :
-       {std::array<Index, 3>{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}, {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}})
-    faces.add(a, b, c);
-  return faces;
-}
-
 inline CovMesh octahedron_covmesh(const Frame& frame, bool with_normals) {
-  return {random_mixture(6, frame, with_normals, 7), octahedron_faces()};
-}
-
-inline Mesh octahedron_mesh() {
-  Mesh mesh;
-  for (int axis = 0; axis < 3; ++axis)
-    for (const double sign : {1.0, -1.0}) mesh.positions.push_back(sign * Vec3::Unit(axis));
-  mesh.faces = octahedron_faces();
-  return mesh;
+  return {random_mixture(6, frame, with_normals, 7), octahedron().faces};
 }
 
 inline PointCloud small_cloud() {
-  Numbers numbers(3);
+  Random random(3);
   PointCloud cloud;
   cloud.scalars = {{"intensity", {}}, {"class", {}}};
   for (int i = 0; i < 5; ++i) {
-    cloud.positions.push_back(numbers.next_vector());
-    cloud.normals.push_back(numbers.next_vector().normalized());
-    cloud.sensors.push_back(numbers.next_vector());
+    cloud.positions.push_back(random.vector());
+    cloud.normals.push_back(random.vector().normalized());
+    cloud.sensors.push_back(random.vector());
     cloud.colors.push_back({static_cast<std::uint8_t>(i), static_cast<std::uint8_t>(255 - i), 9});
-    cloud.scalars[0].values.push_back(numbers.next());
+    cloud.scalars[0].values.push_back(random.uniform(-1, 1));
     cloud.scalars[1].values.push_back(i);
   }
   return cloud;
@@ -161,10 +128,10 @@ inline std::vector<std::pair<std::string, std::string>> small_files() {
     });
     add("covmesh" + suffix,
         [&](const std::string& path) { write_covmesh(octahedron_covmesh(frame, false), path, encoding); });
-    add("mesh" + suffix, [&](const std::string& path) { write_mesh(octahedron_mesh(), path, encoding); });
+    add("mesh" + suffix, [&](const std::string& path) { write_mesh(octahedron(), path, encoding); });
   }
   for (const char* const name : {"mesh.off", "mesh.obj", "mesh.stl"})
-    add(name, [&](const std::string& path) { write_mesh(octahedron_mesh(), path); });
+    add(name, [&](const std::string& path) { write_mesh(octahedron(), path); });
   files.emplace_back("text.stl",
                      "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\n"
                      "endfacet\nendsolid\n");

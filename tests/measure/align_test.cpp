@@ -5,8 +5,8 @@
 
 #include <numbers>
 
-#include "shapes.h"
-#include "support/random_sequence.h"
+#include "support/meshes.h"
+#include "support/random.h"
 
 namespace gpsrecon::test {
 
@@ -15,7 +15,7 @@ namespace {
 
 /// A torus of unequal axes: nothing but the identity brings it onto itself nearby.
 Mesh bean() {
-  Mesh mesh = torus(60, 30, 2, 0.7);
+  Mesh mesh = quad_torus(60, 30, 2, 0.7);
   for (Vec3& p : mesh.positions) {
     p.x() *= 1.3;
     p.z() += 0.15 * p.x() * p.x() + 0.1 * p.y();
@@ -85,7 +85,7 @@ TEST(Align, OfShapesInFramesOfTheirOwn) {
 
 /// Σ' R w = R Σ w for every w.
 TEST(MovedBy, TurnsCovariances) {
-  RandomSequence random(9);
+  Random random(9);
   Mesh mesh = bean();
   for (std::size_t v = 0; v < mesh.positions.size(); ++v) mesh.covariances.push_back(random.covariance(0.1, 3));
   Alignment turn;

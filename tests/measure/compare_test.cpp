@@ -7,7 +7,7 @@
 
 #include <numeric>
 
-#include "shapes.h"
+#include "support/meshes.h"
 
 namespace gpsrecon::test {
 
@@ -21,7 +21,7 @@ CompareOptions samples(std::size_t n) {
 }
 
 TEST(SampleSurface, IsUniformByArea) {
-  const Mesh mesh = box(1, 2, 5);
+  const Mesh mesh = quad_box(1, 2, 5);
   constexpr std::size_t n = 20000;
   const AreaSamples s = sample_surface(mesh, n, 1);
   ASSERT_EQ(s.positions.size(), n);
@@ -124,7 +124,7 @@ TEST(CompareMeshes, AMeshEqualsItself) {
 }
 
 TEST(CompareMeshes, ExchangingTheTwoExchangesTheDirections) {
-  Mesh a = sphere(4), b = torus(60, 40, 0.8, 0.5);
+  Mesh a = sphere(4), b = quad_torus(60, 40, 0.8, 0.5);
   const Comparison ab = compare(a, b, samples(50000)), ba = compare(b, a, samples(50000));
   const auto expect_same = [](const DirectionMeasures& x, const DirectionMeasures& y) {
     EXPECT_NEAR(x.distance.distance.mean, y.distance.distance.mean, 4e-3 * x.distance.distance.mean);
@@ -170,7 +170,7 @@ TEST(CompareMeshes, MissingSurfaceShowsOnlyFromTheReference) {
 }
 
 TEST(CompareMeshes, DoesNotDependOnTheFrames) {
-  const Mesh truth = sphere(4), surface = torus(60, 40, 0.8, 0.5);
+  const Mesh truth = sphere(4), surface = quad_torus(60, 40, 0.8, 0.5);
   const Comparison expected = compare(surface, truth, samples(5000));
   const auto with_frame = [](Mesh mesh, const Frame& frame) {
     for (Vec3& p : mesh.positions) p = frame.to_local(p);
@@ -192,10 +192,10 @@ TEST(CompareMeshes, DoesNotDependOnTheFrames) {
 }
 
 TEST(Compare, SameBytesForAnyNumberOfThreads) {
-  const Mesh mesh = torus(60, 40, 0.8, 0.5), truth = sphere(4);
+  const Mesh mesh = quad_torus(60, 40, 0.8, 0.5), truth = sphere(4);
   PointCloud cloud;
-  Uniform uniform(51);
-  for (int i = 0; i < 20000; ++i) cloud.positions.push_back(uniform.vector());
+  Random random(51);
+  for (int i = 0; i < 20000; ++i) cloud.positions.push_back(random.vector());
   std::vector<std::string> reports;
   for (const int threads : {1, 2, 4}) {
     RunContext context;
@@ -226,9 +226,9 @@ TEST(CompareCloud, MeasuresEachPoint) {
 
 TEST(CompareCloud, WeightsCountDuplicates) {
   PointCloud merged, all;
-  Uniform uniform(52);
+  Random random(52);
   for (int i = 0; i < 2000; ++i) {
-    merged.positions.push_back(uniform.vector());
+    merged.positions.push_back(random.vector());
     merged.weights.push_back(1 + i % 3);
     for (int k = 0; k <= i % 3; ++k) all.positions.push_back(merged.positions.back());
   }
@@ -287,20 +287,20 @@ TEST(Compare, ToleratesFacesWithoutArea) {
 }
 
 TEST(MeasureMesh, VolumeAreaAndGenus) {
-  const MeshMeasures b = measure_mesh(box(1, 2, 5));
+  const MeshMeasures b = measure_mesh(quad_box(1, 2, 5));
   EXPECT_DOUBLE_EQ(b.area, 2 * (2 + 5 + 10));
   ASSERT_TRUE(b.volume);
   EXPECT_DOUBLE_EQ(*b.volume, 10);
   EXPECT_EQ(genus(b.topology), 0);
-  EXPECT_DOUBLE_EQ(*measure_mesh(flipped(box(1, 2, 5))).volume, -10);
+  EXPECT_DOUBLE_EQ(*measure_mesh(flipped(quad_box(1, 2, 5))).volume, -10);
 
-  const MeshMeasures t = measure_mesh(torus(200, 100, 2, 0.5));
+  const MeshMeasures t = measure_mesh(quad_torus(200, 100, 2, 0.5));
   EXPECT_NEAR(*t.volume, 2 * M_PI * M_PI * 2 * 0.25, 0.01 * *t.volume);
   EXPECT_NEAR(t.area, 4 * M_PI * M_PI * 2 * 0.5, 0.01 * t.area);
   EXPECT_EQ(genus(t.topology), 1);
 
-  Mesh two = box(1, 1, 1);
-  const Mesh other = torus(20, 10, 2, 0.5);
+  Mesh two = quad_box(1, 1, 1);
+  const Mesh other = quad_torus(20, 10, 2, 0.5);
   for (const Vec3& p : other.positions) two.positions.push_back(p + Vec3(10, 0, 0));
   for (std::size_t f = 0; f < other.faces.size(); ++f) {
     std::vector<Index> face(other.faces[f].begin(), other.faces[f].end());
@@ -312,7 +312,7 @@ TEST(MeasureMesh, VolumeAreaAndGenus) {
 }
 
 TEST(MeasureMesh, VolumeIsKeptByMotionsAndFarAway) {
-  const Mesh mesh = torus(50, 30, 2, 0.5);
+  const Mesh mesh = quad_torus(50, 30, 2, 0.5);
   const double volume = *measure_mesh(mesh).volume;
   Eigen::Isometry3d motion = some_motion();
   EXPECT_NEAR(*measure_mesh(moved(mesh, motion)).volume, volume, 1e-13 * volume);
@@ -331,7 +331,7 @@ TEST(MeasureMesh, OpenAndEmptyMeshesHaveNoVolume) {
 }
 
 TEST(MeasureBoundaryLoops, LongestFirstInSceneUnits) {
-  Mesh mesh = box(1, 2, 5);
+  Mesh mesh = quad_box(1, 2, 5);
   FaceList open;  // without its bottom, and without half of its lid
   for (std::size_t f = 1; f < 5; ++f) open.add(mesh.faces[f]);
   open.add(4, 5, 6);

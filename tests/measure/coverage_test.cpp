@@ -6,7 +6,8 @@
 #include <algorithm>
 #include <numbers>
 
-#include "shapes.h"
+#include "support/meshes.h"
+#include "support/shapes.h"
 
 // What is found, missing and spurious, which side things lie on, and clouds in either role: on shapes where all of it
 // can be said exactly.
@@ -33,12 +34,6 @@ Mesh strip(double width, double z = 0) {
   Mesh mesh = square(z);
   mesh.positions[1].x() = mesh.positions[2].x() = width;
   return mesh;
-}
-
-PointCloud cloud_of(std::vector<Vec3> positions) {
-  PointCloud cloud;
-  cloud.positions = std::move(positions);
-  return cloud;
 }
 
 TEST(Coverage, HalfASquareMissesTheOtherHalf) {
@@ -107,8 +102,8 @@ TEST(Coverage, SignTellsTheSideOfTheReference) {
 
 TEST(Coverage, SwappedArgumentsSwapTheDirections) {
   Mesh bumpy = sphere(3);
-  Uniform uniform(71);
-  for (Vec3& p : bumpy.positions) p *= uniform(0.9, 1.15);
+  Random random(71);
+  for (Vec3& p : bumpy.positions) p *= random.uniform(0.9, 1.15);
   const Mesh ball = sphere(4);
   const ReferenceMeasures one = compare(bumpy, ball, options()).reference.value();
   const ReferenceMeasures other = compare(ball, bumpy, options()).reference.value();
@@ -137,10 +132,10 @@ TEST(Coverage, PointsAgainstAMeshCountWithTheirWeights) {
 }
 
 TEST(Coverage, PointsAgainstPointsByBruteForce) {
-  Uniform uniform(72);
+  Random random(72);
   PointCloud a, b;
-  for (int i = 0; i < 300; ++i) a.positions.push_back(uniform.vector());
-  for (int i = 0; i < 400; ++i) b.positions.push_back(uniform.vector());
+  for (int i = 0; i < 300; ++i) a.positions.push_back(random.vector());
+  for (int i = 0; i < 400; ++i) b.positions.push_back(random.vector());
   const auto squares = [](const PointCloud& from, const PointCloud& to) {
     double sum = 0;
     for (const Vec3& p : from.positions) {

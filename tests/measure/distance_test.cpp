@@ -9,7 +9,7 @@
 #include <limits>
 #include <numeric>
 
-#include "shapes.h"
+#include "support/meshes.h"
 
 namespace gpsrecon::test {
 
@@ -48,13 +48,6 @@ double brute_force(const Vec3& p, const Mesh& mesh) {
   return best;
 }
 
-std::vector<Vec3> random_points(std::size_t n, double size, std::uint64_t stream) {
-  Uniform uniform(stream);
-  std::vector<Vec3> points(n);
-  for (Vec3& p : points) p = uniform.vector(-size, size);
-  return points;
-}
-
 void expect_exact(const Mesh& mesh, const std::vector<Vec3>& points, double tolerance) {
   const std::vector<ClosestPoint> found = SurfaceDistance(mesh).distances(points);
   ASSERT_EQ(found.size(), points.size());
@@ -68,12 +61,12 @@ void expect_exact(const Mesh& mesh, const std::vector<Vec3>& points, double tole
 
 /// Triangles of all shapes, some without area.
 Mesh soup(std::size_t n) {
-  Uniform uniform(1);
+  Random random(1);
   Mesh mesh;
   for (std::size_t f = 0; f < n; ++f) {
     const Index v = static_cast<Index>(mesh.positions.size());
-    const Vec3 a = uniform.vector();
-    const Vec3 d = 0.2 * uniform.vector();
+    const Vec3 a = random.vector();
+    const Vec3 d = 0.2 * random.vector();
     mesh.positions.push_back(a);
     mesh.positions.push_back(a + d);
     switch (f % 10) {
@@ -84,13 +77,13 @@ Mesh soup(std::size_t n) {
         mesh.positions.push_back(a + d);
         break;  // two corners coincide
       case 2:
-        mesh.positions.push_back(a + 0.5 * d + 1e-7 * uniform.vector());
+        mesh.positions.push_back(a + 0.5 * d + 1e-7 * random.vector());
         break;  // a needle
       case 3:
-        mesh.positions.push_back(a + 0.5 * d + 1e-11 * uniform.vector());
+        mesh.positions.push_back(a + 0.5 * d + 1e-11 * random.vector());
         break;  // a finer one
       default:
-        mesh.positions.push_back(a + 0.2 * uniform.vector());
+        mesh.positions.push_back(a + 0.2 * random.vector());
     }
     if (f % 10 == 4)
       mesh.faces.add(v, v, v + 1);  // a repeated corner
@@ -102,23 +95,23 @@ Mesh soup(std::size_t n) {
 
 TEST(Distance, AgreesWithBruteForce) {
   const Mesh mesh = soup(700);
-  expect_exact(mesh, random_points(600, 1.2, 2), 1e-12);
-  expect_exact(mesh, random_points(100, 50, 3), 1e-12);
+  expect_exact(mesh, Random(2).vectors(600, -(1.2), 1.2), 1e-12);
+  expect_exact(mesh, Random(3).vectors(100, -(50), 50), 1e-12);
 }
 
 TEST(Distance, AgreesWithBruteForceForAnyNumberOfTriangles) {
-  for (std::size_t n = 1; n <= 20; ++n) expect_exact(soup(n), random_points(50, 1, 4), 1e-12);
+  for (std::size_t n = 1; n <= 20; ++n) expect_exact(soup(n), Random(4).vectors(50, -(1), 1), 1e-12);
 }
 
 TEST(Distance, AgreesWithBruteForceCloseToTheSurface) {
   const Mesh mesh = sphere(3);
-  Uniform uniform(5);
+  Random random(5);
   for (const double height : {1e-3, 1e-5, 1e-7, 1e-9, 1e-12}) {
     std::vector<Vec3> points(300);
-    for (Vec3& p : points) p = (1 + uniform(-height, height)) * uniform.vector().normalized();
+    for (Vec3& p : points) p = (1 + random.uniform(-height, height)) * random.vector().normalized();
     expect_exact(mesh, points, 1e-14);
     for (std::size_t i = 0; i < points.size(); ++i)
-      points[i] = mesh.positions[i % mesh.positions.size()] + height * uniform.vector();
+      points[i] = mesh.positions[i % mesh.positions.size()] + height * random.vector();
     expect_exact(mesh, points, 1e-14);
   }
 }
@@ -126,7 +119,7 @@ TEST(Distance, AgreesWithBruteForceCloseToTheSurface) {
 TEST(Distance, SmallTrianglesAreMeasuredWellFromFarAway) {
   Mesh mesh = sphere(2);
   for (Vec3& p : mesh.positions) p = 1e-3 * p;
-  std::vector<Vec3> points = random_points(200, 1e6, 6);
+  std::vector<Vec3> points = Random(6).vectors(200, -(1e6), 1e6);
   const std::vector<ClosestPoint> found = SurfaceDistance(mesh).distances(points);
   for (std::size_t i = 0; i < points.size(); ++i) {
     EXPECT_NEAR(found[i].distance / points[i].norm(), 1, 1e-8);
@@ -136,7 +129,7 @@ TEST(Distance, SmallTrianglesAreMeasuredWellFromFarAway) {
 }
 
 TEST(Distance, PolygonsAreFansOfTriangles) {
-  const Mesh quads = torus(30, 20, 2, 0.7);
+  const Mesh quads = quad_torus(30, 20, 2, 0.7);
   Mesh triangles = quads;
   triangles.faces = {};
   for (std::size_t f = 0; f < quads.faces.size(); ++f) {
@@ -144,7 +137,7 @@ TEST(Distance, PolygonsAreFansOfTriangles) {
     triangles.faces.add(q[0], q[1], q[2]);
     triangles.faces.add(q[0], q[2], q[3]);
   }
-  const std::vector<Vec3> points = random_points(2000, 3, 7);
+  const std::vector<Vec3> points = Random(7).vectors(2000, -(3), 3);
   const auto a = SurfaceDistance(quads).distances(points), b = SurfaceDistance(triangles).distances(points);
   for (std::size_t i = 0; i < points.size(); ++i) {
     EXPECT_EQ(a[i].distance, b[i].distance);
@@ -155,10 +148,10 @@ TEST(Distance, PolygonsAreFansOfTriangles) {
 
 TEST(Distance, IsZeroOnTheSurface) {
   const Mesh mesh = sphere(4);
-  Uniform uniform(8);
+  Random random(8);
   std::vector<Vec3> points;
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
-    const double r = std::sqrt(uniform()), s = uniform();
+    const double r = std::sqrt(random.uniform()), s = random.uniform();
     const auto face = mesh.faces[f];
     points.push_back((1 - r) * mesh.positions[face[0]] + r * (1 - s) * mesh.positions[face[1]] +
                      r * s * mesh.positions[face[2]]);
@@ -168,7 +161,7 @@ TEST(Distance, IsZeroOnTheSurface) {
 }
 
 TEST(Distance, ApproachesTheSphereWithTheSquareOfTheEdge) {
-  std::vector<Vec3> points = random_points(5000, 1, 9);
+  std::vector<Vec3> points = Random(9).vectors(5000, -(1), 1);
   for (Vec3& p : points) p.normalize();
   double previous = 0;
   std::printf("  level   faces   max distance of the sphere   ratio\n");
@@ -185,9 +178,9 @@ TEST(Distance, ApproachesTheSphereWithTheSquareOfTheEdge) {
 }
 
 TEST(Distance, MovesWithTheSurface) {
-  const Mesh mesh = torus(40, 25, 2, 0.7);
+  const Mesh mesh = quad_torus(40, 25, 2, 0.7);
   const Eigen::Isometry3d motion = some_motion();
-  std::vector<Vec3> points = random_points(2000, 3, 10);
+  std::vector<Vec3> points = Random(10).vectors(2000, -(3), 3);
   const auto before = SurfaceDistance(mesh).distances(points);
   for (Vec3& p : points) p = motion * p;
   const auto after = SurfaceDistance(moved(mesh, motion)).distances(points);
@@ -199,8 +192,8 @@ TEST(Distance, MovesWithTheSurface) {
 }
 
 TEST(Distance, ScalesExactlyWithPowersOfTwo) {
-  const Mesh mesh = torus(40, 25, 2, 0.7);
-  const std::vector<Vec3> points = random_points(2000, 3, 11);
+  const Mesh mesh = quad_torus(40, 25, 2, 0.7);
+  const std::vector<Vec3> points = Random(11).vectors(2000, -(3), 3);
   const auto expected = SurfaceDistance(mesh).distances(points);
   for (const int exponent : {1, 37, -60, 300, -300}) {
     const double factor = std::ldexp(1.0, exponent);
@@ -219,7 +212,7 @@ TEST(Distance, ScalesExactlyWithPowersOfTwo) {
 TEST(Distance, KeepsItsAccuracyFarFromTheOrigin) {
   const Vec3 offset(600000, 5000000, -200);
   Mesh mesh = sphere(3);
-  std::vector<Vec3> points = random_points(1000, 1.5, 12);
+  std::vector<Vec3> points = Random(12).vectors(1000, -(1.5), 1.5);
   const auto round = [](Vec3& p) { p = (p * 0x1p20).array().round() * 0x1p-20; };  // exact after the shift, too
   for (Vec3& p : mesh.positions) round(p);
   for (Vec3& p : points) round(p);
@@ -232,7 +225,7 @@ TEST(Distance, KeepsItsAccuracyFarFromTheOrigin) {
 
 TEST(Distance, SameBytesForAnyNumberOfThreads) {
   const Mesh mesh = sphere(5);
-  const std::vector<Vec3> points = random_points(20000, 1.2, 13);
+  const std::vector<Vec3> points = Random(13).vectors(20000, -(1.2), 1.2);
   RunContext one;
   one.threads = 1;
   const auto expected = SurfaceDistance(mesh, one).distances(points, one);
@@ -250,7 +243,7 @@ TEST(Distance, SameBytesForAnyNumberOfThreads) {
 
 TEST(Distance, DoesNotDependOnTheOtherQueries) {
   const Mesh mesh = sphere(4);
-  const std::vector<Vec3> points = random_points(5000, 1.2, 14);
+  const std::vector<Vec3> points = Random(14).vectors(5000, -(1.2), 1.2);
   const SurfaceDistance surface(mesh);
   const auto together = surface.distances(points);
   for (std::size_t i = 0; i < points.size(); ++i)
@@ -272,10 +265,10 @@ TEST(Distance, OfEquallyNearFacesNamesOne) {
 TEST(Distance, ADistantQueryCostsTheNextNoDigits) {
   const Mesh mesh = sphere(2);
   const SurfaceDistance surface(mesh);
-  Uniform uniform(15);
+  Random random(15);
   for (int i = 0; i < 500; ++i) {
-    const Vec3 distant = 3e8 * uniform.vector();
-    const Vec3 close = surface.closest(distant).point + 1e-7 * uniform.vector();
+    const Vec3 distant = 3e8 * random.vector();
+    const Vec3 close = surface.closest(distant).point + 1e-7 * random.vector();
     const std::vector<Vec3> points{distant, close};
     EXPECT_NEAR(surface.distances(points)[1].distance, brute_force(close, mesh), 1e-14) << i;
   }

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "shapes.h"
+#include "support/meshes.h"
 #include "support/shapes.h"
 
 namespace gpsrecon::test {

@@ -9,7 +9,7 @@
 #include <numbers>
 #include <vector>
 
-#include "../support/shapes.h"
+#include "support/shapes.h"
 
 namespace gpsrecon {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "shapes.h"
+#include "support/meshes.h"
 
 namespace gpsrecon::test {
 
@@ -14,9 +14,9 @@ using namespace internal;
 namespace {
 
 std::vector<double> random_values(std::size_t n) {
-  Uniform uniform(31);
+  Random random(31);
   std::vector<double> values(n);
-  for (double& v : values) v = std::exp(uniform(-8, 2));
+  for (double& v : values) v = std::exp(random.uniform(-8, 2));
   return values;
 }
 
@@ -45,11 +45,11 @@ TEST(Statistics, AgreeWithTheirDefinitions) {
 }
 
 TEST(Statistics, WeightsAreMultiplicities) {
-  Uniform uniform(32);
+  Random random(32);
   std::vector<double> values = random_values(3000), weights, repeated;
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (i % 7 == 0) values[i] = values[0];
-    weights.push_back(std::floor(uniform(1, 6)));
+    weights.push_back(std::floor(random.uniform(1, 6)));
     for (int k = 0; k < static_cast<int>(weights[i]); ++k) repeated.push_back(values[i]);
   }
   const Statistics weighted = statistics(values, weights), counted = statistics(repeated);

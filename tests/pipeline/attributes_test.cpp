@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "pipeline/clouds.h"
+#include "support/shapes.h"
 
 namespace gpsrecon {
 

@@ -4,7 +4,7 @@
 #include <gpsrecon/pipeline/choose_scale.h>
 #include <gtest/gtest.h>
 
-#include "pipeline/clouds.h"
+#include "support/shapes.h"
 #include "support/temporary_folder.h"
 
 namespace gpsrecon {

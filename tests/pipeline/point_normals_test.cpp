@@ -3,7 +3,7 @@
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/pipeline/point_normals.h>
 
-#include "clouds.h"
+#include "support/shapes.h"
 
 namespace gpsrecon {
 

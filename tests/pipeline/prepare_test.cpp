@@ -6,22 +6,17 @@
 #include <limits>
 #include <set>
 
-#include "pipeline/clouds.h"
+#include "support/shapes.h"
 
 namespace gpsrecon {
 
 using namespace internal;
 namespace {
 
+using test::cloud_of;
 using test::noisy_sphere;
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-
-PointCloud cloud_of(std::vector<Vec3> positions) {
-  PointCloud cloud;
-  cloud.positions = std::move(positions);
-  return cloud;
-}
 
 /// Every point is the one its source index names, in the frame of the cloud.
 void expect_sources_right(const PreparedCloud& prepared, const PointCloud& world) {

@@ -8,7 +8,7 @@
 
 #include <cmath>
 
-#include "support/random_sequence.h"
+#include "support/random.h"
 #include "support/shapes.h"
 
 namespace gpsrecon {

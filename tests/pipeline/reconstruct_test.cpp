@@ -9,9 +9,9 @@
 #include <atomic>
 #include <limits>
 
-#include "pipeline/clouds.h"
+#include "support/meshes.h"
+#include "support/shapes.h"
 #include "support/temporary_folder.h"
-#include "triangulate/mesh_checks.h"
 
 namespace gpsrecon {
 
@@ -62,13 +62,6 @@ double mean_edge(const std::vector<Vec3>& positions, const FaceList& faces) {
   return sum / static_cast<double>(faces.corners.size());
 }
 
-double volume(const std::vector<Vec3>& positions, const FaceList& faces) {
-  double sum = 0;
-  for (std::size_t f = 0; f < faces.size(); ++f)
-    sum += positions[faces[f][0]].dot(positions[faces[f][1]].cross(positions[faces[f][2]])) / 6;
-  return sum;
-}
-
 double distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
   const double t = std::clamp((p - a).dot(b - a) / (b - a).squaredNorm(), 0.0, 1.0);
   return (p - a - t * (b - a)).norm();
@@ -90,7 +83,7 @@ TEST(Reconstruct, TurnsANoisySphereIntoASmoothClosedOne) {
   EXPECT_EQ(t.components, 1u);
   EXPECT_EQ(t.boundary_loops, 0u);
   const std::vector<Vec3> positions = world_positions(result.mesh);
-  EXPECT_GT(volume(positions, result.mesh.faces), 0);
+  EXPECT_GT(test::volume(result.mesh.faces, positions), 0);
   double sum = 0;
   for (std::size_t v = 0; v < positions.size(); ++v) {
     sum += std::pow(positions[v].norm() - 1, 2);
@@ -136,7 +129,7 @@ TEST(Reconstruct, ReportsWhatItReturns) {
   EXPECT_EQ(report.mesh->topology.edges, t.edges);
   const std::vector<Vec3> positions = world_positions(result.mesh);
   ASSERT_TRUE(report.mesh->volume.has_value());
-  EXPECT_NEAR(*report.mesh->volume, volume(positions, result.mesh.faces), 1e-9);
+  EXPECT_NEAR(*report.mesh->volume, test::volume(result.mesh.faces, positions), 1e-9);
 
   double sum = 0, farthest = 0, weights = 0;
   for (std::size_t i = 0; i < kept.size(); ++i) {

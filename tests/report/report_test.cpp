@@ -9,8 +9,8 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "measure/shapes.h"
 #include "support/json_schema.h"
+#include "support/meshes.h"
 
 namespace gpsrecon::test {
 
@@ -39,10 +39,10 @@ testing::AssertionResult valid(const std::string& text) {
 
 /// Every part present.
 ErrorReport full_report() {
-  const Mesh mesh = torus(30, 20, 1.5, 0.5);
+  const Mesh mesh = quad_torus(30, 20, 1.5, 0.5);
   PointCloud cloud;
-  Uniform uniform(61);
-  for (int i = 0; i < 500; ++i) cloud.positions.push_back(uniform.vector(-2, 2));
+  Random random(61);
+  for (int i = 0; i < 500; ++i) cloud.positions.push_back(random.vector(-2, 2));
   ErrorReport report = report_of(compare(mesh, cloud));
   CompareOptions options;
   options.samples = 500;

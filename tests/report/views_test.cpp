@@ -8,7 +8,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "measure/shapes.h"
+#include "support/meshes.h"
 
 // Errors to look at: colours, picture, page.
 
@@ -123,8 +123,8 @@ class Page : public testing::Test {
  protected:
   Page() {
     Mesh bumpy = sphere(3);
-    Uniform uniform(73);
-    for (Vec3& p : bumpy.positions) p *= uniform(0.95, 1.05);
+    Random random(73);
+    for (Vec3& p : bumpy.positions) p *= random.uniform(0.95, 1.05);
     mesh_ = bumpy;
     CompareOptions options;
     options.samples = 2000;

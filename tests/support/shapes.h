@@ -2,7 +2,6 @@
 
 #include <gpsrecon/core/mixture.h>
 #include <gpsrecon/core/point_cloud.h>
-#include <gpsrecon/core/random.h>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -12,42 +11,17 @@
 #include <numeric>
 #include <vector>
 
+#include "support/random.h"
+
 /// Sampled analytic surfaces whose distance to any point is known exactly, and the Gaussians that lie in them.
 namespace gpsrecon::test {
 
-using namespace internal;
-
-/// A stream of random numbers for tests.
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : seed_(seed) {}
-  /// Uniform in [0, 1).
-  double uniform() { return random_uniform(seed_, 0x7E57, counter_++); }
-  double uniform(double low, double high) { return low + (high - low) * uniform(); }
-  /// Uniform in 0 .. n - 1.
-  std::size_t below(std::size_t n) { return static_cast<std::size_t>(uniform() * static_cast<double>(n)); }
-  /// Standard normal (Box and Muller 1958).
-  double normal() {
-    const double radius = std::sqrt(-2 * std::log(1 - uniform()));
-    return radius * std::cos(2 * std::numbers::pi * uniform());
-  }
-  Vec3 normal3() {
-    const double x = normal(), y = normal(), z = normal();
-    return {x, y, z};
-  }
-  Vec3 in_cube(double low, double high) {
-    const double x = uniform(low, high), y = uniform(low, high), z = uniform(low, high);
-    return {x, y, z};
-  }
-  Vec3 direction() { return normal3().normalized(); }
-  template <class T>
-  void shuffle(std::vector<T>& values) {
-    for (std::size_t i = values.size(); i > 1; --i) std::swap(values[i - 1], values[below(i)]);
-  }
-
- private:
-  std::uint64_t seed_, counter_ = 0;
-};
+/// A cloud of these points, without anything else.
+inline PointCloud cloud_of(std::vector<Vec3> positions) {
+  PointCloud cloud;
+  cloud.positions = std::move(positions);
+  return cloud;
+}
 
 /// Points on a surface, with its outward unit normals there, its area and the distance of any point to it.
 struct SampledShape {
@@ -58,12 +32,11 @@ struct SampledShape {
 
   /// Side of the area per point.
   double spacing() const { return std::sqrt(area / static_cast<double>(points.size())); }
-  PointCloud cloud() const {
-    PointCloud c;
-    c.positions = points;
-    return c;
-  }
+  PointCloud cloud() const { return cloud_of(points); }
 };
+
+/// The stream of random numbers that shapes are made with, apart from those that a test draws by the same seed.
+inline constexpr std::uint64_t sampling = 0x7E57;
 
 inline constexpr double golden_angle = 2 * std::numbers::pi * (1 - 0.61803398874989485);
 
@@ -84,7 +57,7 @@ inline SampledShape fibonacci_sphere(std::size_t n, double radius = 1, const Vec
 /// n independent, uniformly distributed points on a sphere.
 inline SampledShape random_sphere(std::size_t n, std::uint64_t seed, double radius = 1,
                                   const Vec3& center = Vec3::Zero()) {
-  Random random(seed);
+  Random random(seed, sampling);
   SampledShape s = fibonacci_sphere(0, radius, center);
   for (std::size_t i = 0; i < n; ++i) {
     s.normals.push_back(random.direction());
@@ -114,7 +87,7 @@ inline SampledShape torus(std::size_t n, double major, double minor) {
 
 /// n independent, uniformly distributed points on the rectangle |x| <= a/2, |y| <= b/2 of the plane z = height.
 inline SampledShape rectangle(std::size_t n, double a, double b, std::uint64_t seed, double height = 0) {
-  Random random(seed);
+  Random random(seed, sampling);
   SampledShape s;
   for (std::size_t i = 0; i < n; ++i) {
     const double x = random.uniform(-a / 2, a / 2), y = random.uniform(-b / 2, b / 2);
@@ -131,7 +104,7 @@ inline SampledShape rectangle(std::size_t n, double a, double b, std::uint64_t s
 
 /// n independent, uniformly distributed points on the surface of the box |x| <= half.
 inline SampledShape box(std::size_t n, const Vec3& half, std::uint64_t seed) {
-  Random random(seed);
+  Random random(seed, sampling);
   SampledShape s;
   const Vec3 side_area(4 * half.y() * half.z(), 4 * half.x() * half.z(), 4 * half.x() * half.y());
   s.area = 2 * side_area.sum();
@@ -139,7 +112,7 @@ inline SampledShape box(std::size_t n, const Vec3& half, std::uint64_t seed) {
     const double pick = random.uniform(0, side_area.sum());
     const int axis = pick < side_area.x() ? 0 : pick < side_area.x() + side_area.y() ? 1 : 2;
     const double side = random.uniform() < 0.5 ? -1 : 1;
-    Vec3 p = random.in_cube(-1, 1).cwiseProduct(half);
+    Vec3 p = random.vector().cwiseProduct(half);
     p[axis] = side * half[axis];
     s.points.push_back(p);
     s.normals.push_back(side * Vec3::Unit(axis));
@@ -151,22 +124,65 @@ inline SampledShape box(std::size_t n, const Vec3& half, std::uint64_t seed) {
   return s;
 }
 
+/// Those points of the shape that `keep` tells.
+template <class Keep>
+SampledShape part(const SampledShape& shape, const Keep& keep) {
+  SampledShape p = shape;
+  p.points.clear();
+  p.normals.clear();
+  for (std::size_t i = 0; i < shape.points.size(); ++i)
+    if (keep(shape.points[i])) {
+      p.points.push_back(shape.points[i]);
+      p.normals.push_back(shape.normals[i]);
+    }
+  p.area *= static_cast<double>(p.points.size()) / static_cast<double>(shape.points.size());
+  return p;
+}
+
+/// The points of both, those of `b` last.
+inline SampledShape joined(SampledShape a, const SampledShape& b) {
+  a.points.insert(a.points.end(), b.points.begin(), b.points.end());
+  a.normals.insert(a.normals.end(), b.normals.begin(), b.normals.end());
+  a.area += b.area;
+  a.distance = [first = a.distance, second = b.distance](const Vec3& x) { return std::min(first(x), second(x)); };
+  return a;
+}
+
 /// Two parallel squares of side `side`, `gap` apart, n points each: the lower sheet first. Normals point apart.
 inline SampledShape two_sheets(std::size_t n, double side, double gap, std::uint64_t seed) {
-  SampledShape s = rectangle(n, side, side, seed, -gap / 2);
-  const SampledShape upper = rectangle(n, side, side, seed + 1, gap / 2);
-  for (Vec3& normal : s.normals) normal = -normal;
-  s.points.insert(s.points.end(), upper.points.begin(), upper.points.end());
-  s.normals.insert(s.normals.end(), upper.normals.begin(), upper.normals.end());
-  s.area *= 2;
-  s.distance = [low = s.distance, high = upper.distance](const Vec3& x) { return std::min(low(x), high(x)); };
-  return s;
+  SampledShape lower = rectangle(n, side, side, seed, -gap / 2);
+  for (Vec3& normal : lower.normals) normal = -normal;
+  return joined(lower, rectangle(n, side, side, seed + 1, gap / 2));
 }
 
 /// Moves every point along its normal by Gaussian noise.
 inline void add_noise(SampledShape& shape, double sigma, std::uint64_t seed) {
-  Random random(seed);
+  Random random(seed, sampling);
   for (std::size_t i = 0; i < shape.points.size(); ++i) shape.points[i] += sigma * random.normal() * shape.normals[i];
+}
+
+/// Independent points on the unit sphere with Gaussian noise along the radius.
+inline PointCloud noisy_sphere(std::size_t n, double noise, std::uint64_t seed = 1) {
+  SampledShape sphere = random_sphere(n, seed);
+  add_noise(sphere, noise, seed + 1);
+  return sphere.cloud();
+}
+
+/// Coordinates rounded to multiples of 2^-20, so that whole numbers can be added without rounding.
+inline PointCloud on_grid(PointCloud cloud) {
+  for (Vec3& p : cloud.positions)
+    for (double& x : p) x = std::ldexp(std::nearbyint(std::ldexp(x, 20)), -20);
+  return cloud;
+}
+
+inline PointCloud scaled(PointCloud cloud, double factor) {
+  for (Vec3& p : cloud.positions) p *= factor;
+  return cloud;
+}
+
+inline PointCloud shifted(PointCloud cloud, const Vec3& shift) {
+  for (Vec3& p : cloud.positions) p += shift;
+  return cloud;
 }
 
 /// A flat Gaussian with deviation `across` along the unit normal and `along` in the plane.

@@ -1,9 +1,11 @@
+#include <gpsrecon/core/mesh_topology.h>
 #include <gtest/gtest.h>
 
 #include <gpsrecon/core/numbers.h>
 #include <gpsrecon/triangulate/flips.h>
-#include <support/shapes.h>
-#include <triangulate/mesh_checks.h>
+
+#include "support/meshes.h"
+#include "support/shapes.h"
 
 namespace gpsrecon {
 

@@ -2,7 +2,8 @@
 
 #include <gpsrecon/core/mesh_topology.h>
 #include <gpsrecon/triangulate/front.h>
-#include <support/shapes.h>
+
+#include "support/shapes.h"
 
 namespace gpsrecon {
 
@@ -182,7 +183,7 @@ TEST(Front, LeavesNoFansThatOnlyTouch) {
     test::Random random(70 + seed);
     Mixture m;
     for (int i = 0; i < 80; ++i) {
-      m.means.push_back(random.in_cube(0, 1));
+      m.means.push_back(random.vector(0, 1));
       m.covariances.push_back(test::disc_covariance(random.direction(), 0.25, random.uniform(0.02, 0.25)));
       m.weights.push_back(1);
     }

@@ -2,8 +2,9 @@
 
 #include <gpsrecon/core/mesh_topology.h>
 #include <gpsrecon/triangulate/growing_surface.h>
-#include <support/shapes.h>
-#include <triangulate/mesh_checks.h>
+
+#include "support/meshes.h"
+#include "support/shapes.h"
 
 namespace gpsrecon {
 
@@ -71,7 +72,7 @@ TEST(GrowingSurface, AgreesWithHalfEdgesThroughRandomEdits) {
   for (int trial = 0; trial < 30; ++trial) {
     const auto n = static_cast<Index>(4 + random.below(6));
     std::vector<Vec3> positions;
-    for (Index i = 0; i < n; ++i) positions.push_back(random.in_cube(0, 1));
+    for (Index i = 0; i < n; ++i) positions.push_back(random.vector(0, 1));
     GrowingSurface surface(positions);
     std::size_t count = 0;
     for (int step = 0; step < 120; ++step) {

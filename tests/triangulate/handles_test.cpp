@@ -1,13 +1,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <gps/meshes.h>
 #include <gpsrecon/core/mesh_topology.h>
 #include <gpsrecon/triangulate/handles.h>
 #include <gpsrecon/triangulate/holes.h>
 #include <algorithm>
 #include <numeric>
 #include <set>
+
+#include "support/covmeshes.h"
 
 namespace gpsrecon {
 

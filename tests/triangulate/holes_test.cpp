@@ -1,34 +1,24 @@
 #include <gmock/gmock.h>
+#include <gpsrecon/core/mesh_topology.h>
 #include <gtest/gtest.h>
 
 #include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/core/self_intersections.h>
 #include <gpsrecon/triangulate/holes.h>
-#include <support/shapes.h>
-#include <triangulate/mesh_checks.h>
+
+#include "support/meshes.h"
+#include "support/shapes.h"
 
 namespace gpsrecon {
 
 using namespace internal;
 namespace {
 
+using test::part;
 using test::SampledShape;
 using test::tangent_discs;
 using testing::Each;
 using testing::UnorderedElementsAre;
-
-SampledShape part(const SampledShape& shape, const std::function<bool(const Vec3&)>& keep) {
-  SampledShape result = shape;
-  result.points.clear();
-  result.normals.clear();
-  for (std::size_t i = 0; i < shape.points.size(); ++i)
-    if (keep(shape.points[i])) {
-      result.points.push_back(shape.points[i]);
-      result.normals.push_back(shape.normals[i]);
-    }
-  result.area *= static_cast<double>(result.points.size()) / static_cast<double>(shape.points.size());
-  return result;
-}
 
 /// A flat sheet of discs in a slightly sheared grid, n by n, spacing 1, in the plane z = 0.
 SampledShape sheet(int n) {
@@ -127,7 +117,7 @@ TEST_F(HoledSphere, AllCloseItAndTheSurfaceRunsOn) {
   EXPECT_EQ(t.euler, 2);
   EXPECT_EQ(t.boundary_loops, 0U);
   EXPECT_EQ(filled.filled_holes, 3U);
-  EXPECT_GT(test::signed_volume(filled.mesh.faces, filled.mesh.vertices.means), 0);
+  EXPECT_GT(test::volume(filled.mesh.faces, filled.mesh.vertices.means), 0);
   const Mixture& vertices = filled.mesh.vertices;
   const Vec3 given = eigen_decomposition(mixture_.covariances[0]).values;
   std::size_t checked = 0;
@@ -187,7 +177,7 @@ TEST(Holes, TheRimOfADomeIsCappedOnlyOnRequestAndWithAWarning) {
   expect_sound(capped);
   EXPECT_EQ(capped.filled_rims, 1U);
   EXPECT_EQ(topology(capped.mesh).euler, 2);
-  EXPECT_GT(test::signed_volume(capped.mesh.faces, capped.mesh.vertices.means), 0);
+  EXPECT_GT(test::volume(capped.mesh.faces, capped.mesh.vertices.means), 0);
   EXPECT_EQ(warnings.size(), 1U);
 }
 
@@ -247,7 +237,7 @@ TEST(Holes, SelfIntersectionsAreReplaced) {
   EXPECT_EQ(topology(mesh).euler, 2);
   EXPECT_EQ(topology(mesh).boundary_loops, 0U);
   ASSERT_NO_THROW(validate(mesh));
-  EXPECT_NEAR(test::signed_volume(mesh.faces, mesh.vertices.means), 4 * std::numbers::pi / 3, 0.03);
+  EXPECT_NEAR(test::volume(mesh.faces, mesh.vertices.means), 4 * std::numbers::pi / 3, 0.03);
 }
 
 TEST(Holes, WithoutSelfIntersectionsNothingIsReplaced) {

@@ -2,7 +2,7 @@
 #include <gpsrecon/triangulate/triangulate.h>
 #include <gtest/gtest.h>
 
-#include <support/shapes.h>
+#include "support/shapes.h"
 
 namespace gpsrecon {
 

@@ -5,7 +5,8 @@
 #include <gpsrecon/triangulate/outer_sides.h>
 #include <gpsrecon/triangulate/sheet_forest.h>
 #include <gpsrecon/triangulate/triangulate.h>
-#include <support/shapes.h>
+
+#include "support/shapes.h"
 
 namespace gpsrecon {
 
@@ -109,7 +110,7 @@ TEST(OuterNormals, OfClosedPartsBesideOpenOnes) {
 
 /// A round flask, whose neck opens to a flat lip: the body shades the outer side of the lip, which faces down.
 test::SampledShape flask(std::size_t n, std::uint64_t seed) {
-  test::Random random(seed);
+  test::Random random(seed, test::sampling);
   test::SampledShape s;
   const double start = 25 * std::numbers::pi / 180, neck = 0.5, lip = 0.85;
   const Vec3 center(1.5 * std::sin(start), 0, 1.5 * std::cos(start));  // of the arc of the neck's profile
@@ -172,7 +173,7 @@ TEST(OuterNormals, OfNestedShellsPointAwayFromTheMiddle) {
 TEST(OuterNormals, KeepTheFrontOnItsSideOfAThinFin) {
   test::SampledShape shape = test::fibonacci_sphere(0);
   shape.area = 4 * std::numbers::pi;
-  test::Random random(12);
+  test::Random random(12, test::sampling);
   const double half = 0.035;
   const auto fin = [&](const Vec3& p) {  // distance to |x| <= half, |y| <= 0.5, 0 <= z <= 1.8, rounded
     const Vec3 beyond(std::abs(p.x()) - 0.01, std::abs(p.y()) - 0.5, std::abs(p.z()) - 1.8);
@@ -180,7 +181,7 @@ TEST(OuterNormals, KeepTheFrontOnItsSideOfAThinFin) {
   };
   const auto distance = [&](const Vec3& p) { return std::min(p.norm() - 1, fin(p)); };
   while (shape.points.size() < 6000) {
-    Vec3 p = random.in_cube(-1.9, 1.9);
+    Vec3 p = random.vector(-1.9, 1.9);
     if (std::abs(distance(p)) > 0.05) continue;
     Vec3 normal;
     for (int step = 0; step < 3; ++step) {

@@ -2,8 +2,9 @@
 
 #include <gpsrecon/triangulate/front.h>
 #include <gpsrecon/triangulate/overlap_graph.h>
-#include <support/shapes.h>
 #include <Eigen/LU>
+
+#include "support/shapes.h"
 
 namespace gpsrecon {
 
@@ -22,7 +23,7 @@ Mixture random_mixture(std::size_t n, std::uint64_t seed) {
                           .toRotationMatrix();
     const auto deviation = [&] { return std::exp(random.uniform(-4.5, -1.5)); };
     const double a = deviation(), b = deviation(), c = deviation();
-    m.means.push_back(random.in_cube(-0.5, 0.5));
+    m.means.push_back(random.vector(-0.5, 0.5));
     m.covariances.push_back(congruence(turn, Sym3::diagonal(a * a, b * b, c * c)));
     m.weights.push_back(1);
   }
@@ -129,7 +130,7 @@ TEST(SheetNormals, FlatGaussiansHaveOneAndOthersNone) {
   std::vector<Vec3> axes;
   const auto add = [&](double across, double middle, double along) {  // variances without the kernel
     const Vec3 normal = random.direction(), u = normal.unitOrthogonal(), v = normal.cross(u);
-    m.means.push_back(random.in_cube(0, 1));
+    m.means.push_back(random.vector(0, 1));
     m.covariances.push_back(across * Sym3::outer(normal) + middle * Sym3::outer(u) + along * Sym3::outer(v) +
                             Sym3::identity(kernel * kernel));
     m.weights.push_back(1);

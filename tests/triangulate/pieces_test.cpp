@@ -1,13 +1,15 @@
+#include <gpsrecon/core/mesh_topology.h>
 #include <gtest/gtest.h>
 
 #include <gpsrecon/triangulate/growing_surface.h>
 #include <gpsrecon/triangulate/pieces.h>
-#include <support/connectivity.h>
-#include <triangulate/mesh_checks.h>
 #include <array>
 #include <cmath>
 #include <numbers>
 #include <numeric>
+
+#include "support/connectivity.h"
+#include "support/meshes.h"
 
 namespace gpsrecon {
 

@@ -1,10 +1,12 @@
+#include <gpsrecon/core/mesh_topology.h>
 #include <gtest/gtest.h>
 
 #include <gpsrecon/triangulate/front.h>
 #include <gpsrecon/triangulate/pinholes.h>
 #include <gpsrecon/triangulate/triangulate.h>
-#include <support/shapes.h>
-#include <triangulate/mesh_checks.h>
+
+#include "support/meshes.h"
+#include "support/shapes.h"
 
 namespace gpsrecon {
 

@@ -1,17 +1,20 @@
 #include <gmock/gmock.h>
+#include <gpsrecon/core/mesh_topology.h>
 #include <gtest/gtest.h>
 
 #include <gpsrecon/core/error.h>
 #include <gpsrecon/hem/hem.h>
 #include <gpsrecon/triangulate/triangulate.h>
-#include <support/connectivity.h>
-#include <support/shapes.h>
-#include <triangulate/mesh_checks.h>
+
+#include "support/connectivity.h"
+#include "support/meshes.h"
+#include "support/shapes.h"
 
 namespace gpsrecon {
 namespace {
 
 using test::canonical;
+using test::part;
 using test::Random;
 using test::SampledShape;
 using test::tangent_discs;
@@ -77,7 +80,7 @@ void expect_closed(const Mixture& mixture, const Triangulation& result, long eul
   EXPECT_EQ(t.boundary_loops, 0U);
   EXPECT_EQ(result.leftover_components, 0U);
   EXPECT_EQ(result.split_vertices, 0U);
-  EXPECT_GT(test::signed_volume(result.mesh.faces, result.mesh.vertices.means), 0);
+  EXPECT_GT(test::volume(result.mesh.faces, result.mesh.vertices.means), 0);
 }
 
 TEST(Triangulate, FibonacciSphere) {
@@ -100,7 +103,7 @@ TEST(Triangulate, VolumeOfTheSphereConverges) {
   std::vector<double> missing;
   for (const std::size_t n : {250, 1000, 4000}) {
     const CovMesh mesh = triangulate(tangent_discs(test::fibonacci_sphere(n))).mesh;
-    missing.push_back(4 * std::numbers::pi / 3 - test::signed_volume(mesh.faces, mesh.vertices.means));
+    missing.push_back(4 * std::numbers::pi / 3 - test::volume(mesh.faces, mesh.vertices.means));
   }
   EXPECT_NEAR(missing[0] / missing[1], 4, 0.4);
   EXPECT_NEAR(missing[1] / missing[2], 4, 0.4);
@@ -121,7 +124,7 @@ struct ThinPlate {
   std::vector<int> side;  ///< per component: +1 upper, -1 lower face, 0 rim
 
   ThinPlate(int count, double thickness, double jitter, std::uint64_t seed) {
-    Random random(seed);
+    Random random(seed, test::sampling);
     const auto add = [&](const Vec3& mean, const Sym3& covariance, int s) {
       mixture.means.push_back(mean);
       mixture.covariances.push_back(covariance);
@@ -162,19 +165,6 @@ TEST(Triangulate, ThinPlateDoesNotBridgeItsFaces) {
           EXPECT_NE(plate.side[a] * plate.side[b], -1);
         }
     }
-}
-
-/// Those points of the shape that `keep` tells.
-template <class Keep>
-SampledShape part(const SampledShape& shape, const Keep& keep) {
-  SampledShape p;
-  for (std::size_t i = 0; i < shape.points.size(); ++i)
-    if (keep(shape.points[i])) {
-      p.points.push_back(shape.points[i]);
-      p.normals.push_back(shape.normals[i]);
-    }
-  p.area = shape.area * static_cast<double>(p.points.size()) / static_cast<double>(shape.points.size());
-  return p;
 }
 
 void expect_disc(const Mixture& mixture, const Triangulation& result) {
@@ -279,7 +269,7 @@ TEST(Triangulate, SpecksAndFarGaussiansAreCounted) {
 
 TEST(Triangulate, OpenSheetsFaceTheSensor) {
   SampledShape sheet = test::rectangle(0, 1, 1, 0);
-  Random random(52);
+  Random random(52, test::sampling);
   for (int i = 0; i < 15; ++i)
     for (int j = 0; j < 15; ++j)
       sheet.points.emplace_back(i + random.uniform(-0.2, 0.2), j + random.uniform(-0.2, 0.2),
@@ -328,11 +318,11 @@ TEST(Triangulate, RandomGaussiansAreSound) {
   std::size_t split = 0;
   for (std::uint64_t seed = 1; seed <= 300; ++seed) {
     SCOPED_TRACE(seed);
-    Random random(1000 + seed);
+    Random random(1000 + seed, test::sampling);
     Mixture mixture;
     const std::size_t n = 4 + random.below(60);
     for (std::size_t i = 0; i < n; ++i) {
-      mixture.means.push_back(random.in_cube(0, 1));
+      mixture.means.push_back(random.vector(0, 1));
       mixture.covariances.push_back(
           test::disc_covariance(random.direction(), random.uniform(0.1, 0.4), random.uniform(0.02, 0.3)));
       mixture.weights.push_back(random.uniform(0.1, 5));
@@ -357,7 +347,7 @@ TEST(Triangulate, TinyIntegerGridsAreSound) {
   std::size_t surfaces = 0, split = 0, specks = 0, closed = 0;
   for (std::uint64_t seed = 1; seed <= 1500; ++seed) {
     SCOPED_TRACE(seed);
-    Random random(5000 + seed);
+    Random random(5000 + seed, test::sampling);
     const std::array<std::size_t, 3> cells{2 + random.below(4), 2 + random.below(4), 1 + random.below(4)};
     const double fill = random.uniform(0.3, 1);
     const std::size_t kinds = 1 + random.below(4);
@@ -395,7 +385,7 @@ TEST(Triangulate, TinyIntegerGridsAreSound) {
 /// Gaussians on a sphere in general position.
 Mixture irregular_sphere(std::size_t n, std::uint64_t seed) {
   SampledShape shape = test::fibonacci_sphere(n);
-  Random random(seed);
+  Random random(seed, test::sampling);
   for (std::size_t i = 0; i < n; ++i) {
     shape.normals[i] = (shape.normals[i] + 0.2 * shape.spacing() * random.normal3()).normalized();
     shape.points[i] = shape.normals[i];
@@ -429,7 +419,7 @@ TEST(Triangulate, OrderOfTheComponentsDoesNotMatter) {
   const auto reference = canonical(triangulate(mixture).mesh.faces);
   std::vector<Index> order(mixture.size());
   std::iota(order.begin(), order.end(), Index{0});
-  Random(56).shuffle(order);
+  Random(56, test::sampling).shuffle(order);
   const Triangulation shuffled = triangulate(select(mixture, order));
   EXPECT_EQ(canonical(shuffled.mesh.faces, [&](Index v) { return order[v]; }), reference);
 }

@@ -1,18 +1,42 @@
 #pragma once
 
 #include <gpsrecon/core/mesh.h>
-#include <gpsrecon/core/point_cloud.h>
 #include <gpsrecon/gps/limit_surface.h>
 
 #include <numbers>
 
-#include "gps/meshes.h"
+#include "support/meshes.h"
 #include "support/shapes.h"
 
-/// Covariance meshes with the points they are to be fitted to.
+/// Covariance meshes, and points to fit them to.
 namespace gpsrecon::test {
 
-using namespace internal;
+/// A mesh with these covariances, all weights one; with equal ones; with random ones of variances in [low, high).
+inline CovMesh covariance_mesh(const Mesh& mesh, const std::vector<Sym3>& covariances) {
+  CovMesh result;
+  result.vertices.means = mesh.positions;
+  result.vertices.covariances = covariances;
+  result.vertices.weights.assign(mesh.positions.size(), 1);
+  result.faces = mesh.faces;
+  return result;
+}
+
+inline CovMesh with_equal_covariances(const Mesh& mesh, const Sym3& covariance) {
+  return covariance_mesh(mesh, std::vector<Sym3>(mesh.positions.size(), covariance));
+}
+
+inline CovMesh with_random_covariances(const Mesh& mesh, std::uint64_t seed, double low = 0.01, double high = 1) {
+  Random random(seed);
+  std::vector<Sym3> covariances;
+  for (std::size_t i = 0; i < mesh.positions.size(); ++i) covariances.push_back(random.covariance(low, high));
+  return covariance_mesh(mesh, covariances);
+}
+
+/// The same mesh with other rules for its surface.
+inline CovMesh with_rules(CovMesh mesh, const SurfaceRules& rules) {
+  mesh.rules = rules;
+  return mesh;
+}
 
 /// Discs tangent to the unit sphere at the vertices of a triangulated sphere of radius `radius`.
 inline CovMesh sphere_mesh(int level, double radius) {
@@ -61,9 +85,9 @@ inline CovMesh flat_lattice(Index cells) {
 /// Root mean square of `distance` over the samples of the limit surface.
 template <class Distance>
 double rms_of_surface(const CovMesh& mesh, const Distance& distance) {
-  const LimitSurface surface(mesh.faces, mesh.vertices.size(), 3, mesh.rules);
+  const internal::LimitSurface surface(mesh.faces, mesh.vertices.size(), 3, mesh.rules);
   double sum = 0;
-  const SurfaceSamples samples = surface.evaluate(mesh.vertices);
+  const internal::SurfaceSamples samples = surface.evaluate(mesh.vertices);
   for (const Vec3& p : samples.positions) sum += distance(p) * distance(p);
   return std::sqrt(sum / static_cast<double>(samples.positions.size()));
 }
