@@ -363,12 +363,13 @@ std::string summary(const ErrorReport& r) {
                         (r.mixture->levels.empty() ? "" : " after " + count_of(r.mixture->levels.size() - 1, "level")));
   if (r.covmesh) {
     const CovMeshReport& c = *r.covmesh;
-    line("covmesh",
-         count_of(c.faces, "face") + " over " + std::to_string(c.vertices) + " vertices, " + topology_text(c.topology) +
-             "; left out " + std::to_string(c.light_components + c.leftover_components) + " Gaussians (" +
-             number(c.light_weight + c.leftover_weight) + " points) and " + count_of(c.dropped_specks, "speck") +
-             (c.filled_holes > 0 ? "; filled " + count_of(c.filled_holes, "hole") : "") +
-             self_intersection_text(c.self_intersecting_faces, c.faces));
+    line("covmesh", count_of(c.faces, "face") + " over " + std::to_string(c.vertices) + " vertices, " +
+                        topology_text(c.topology) + "; left out " +
+                        std::to_string(c.light_components + c.leftover_components) + " Gaussians (" +
+                        number(c.light_weight + c.leftover_weight) + " points) and " +
+                        count_of(c.dropped_components, "small component") +
+                        (c.filled_holes > 0 ? "; filled " + count_of(c.filled_holes, "hole") : "") +
+                        self_intersection_text(c.self_intersecting_faces, c.faces));
     if (!c.boundary_loops.empty()) line("open loops", loops_text(c.boundary_loops, diagonal));
   }
   if (r.fit)

@@ -87,8 +87,8 @@ std::vector<char> bubbles(const OverlapGraph& graph, const Connectivity& he, con
 
 }  // namespace
 
-Specks drop_specks(const Mixture& vertices, const OverlapGraph& graph, FaceList& faces, Connectivity& connectivity,
-                   double min_share) {
+DroppedComponents drop_small_components(const Mixture& vertices, const OverlapGraph& graph, FaceList& faces,
+                                        Connectivity& connectivity, double min_share) {
   const Connectivity& he = connectivity;
   const Components components = face_components(he);
   // A vertex where components touch counts for each of them, once.
@@ -104,15 +104,15 @@ Specks drop_specks(const Mixture& vertices, const OverlapGraph& graph, FaceList&
   for (const double w : vertices.weights) total += w;
   // Never everything: the heaviest component stays whatever its share.
   const auto heaviest = static_cast<std::size_t>(std::max_element(weight.begin(), weight.end()) - weight.begin());
-  Specks specks;
+  DroppedComponents dropped;
   const std::vector<char> bubble = bubbles(graph, he, components, members, weight);
   std::vector<char> drop(components.count, 0);
   for (std::size_t c = 0; c < components.count; ++c) {
     if (c == heaviest || weight[c] >= (bubble[c] ? bubble_factor : 1) * min_share * total) continue;
     drop[c] = 1;
-    ++specks.count;
+    ++dropped.count;
   }
-  if (specks.count == 0) return specks;
+  if (dropped.count == 0) return dropped;
   FaceList kept;
   kept.reserve(faces.size(), faces.corners.size());
   for (std::size_t f = 0; f < faces.size(); ++f)
@@ -123,11 +123,11 @@ Specks drop_specks(const Mixture& vertices, const OverlapGraph& graph, FaceList&
   for (const auto& [component, v] : members) {
     if (counted[v]) continue;
     counted[v] = 1;
-    specks.weight += vertices.weights[v];
+    dropped.weight += vertices.weights[v];
   }
   faces = std::move(kept);
   connectivity = build_connectivity(faces, vertices.size());
-  return specks;
+  return dropped;
 }
 
 }  // namespace gpsrecon::internal

@@ -14,14 +14,14 @@ namespace gpsrecon::internal {
 std::size_t split_vertices(Mixture& vertices, std::vector<Index>& component_of_vertex, FaceList& faces,
                            Connectivity& connectivity);
 
-struct Specks {
+struct DroppedComponents {
   std::size_t count = 0;  ///< components of faces removed
   double weight = 0;      ///< of the vertices that no face uses any more
 };
 /// Removes connected components of faces whose vertices carry less than `min_share` of the weight of the mixture, and
 /// closed ones of less than ten times that which overlap a heavier one in every vertex: what was left of a sheet that
 /// the rest closed over makes such bubbles. The heaviest component stays. `graph` may be empty.
-Specks drop_specks(const Mixture& vertices, const OverlapGraph& graph, FaceList& faces, Connectivity& connectivity,
-                   double min_share);
+DroppedComponents drop_small_components(const Mixture& vertices, const OverlapGraph& graph, FaceList& faces,
+                                        Connectivity& connectivity, double min_share);
 
 }  // namespace gpsrecon::internal

@@ -139,9 +139,10 @@ Triangulation triangulate(const Mixture& mixture, const TriangulateOptions& opti
       result.leftover_weight += mixture.weights[v];
     }
   Connectivity connectivity = build_connectivity(mesh.faces, mixture.size());
-  const Specks specks = drop_specks(mixture, graph, mesh.faces, connectivity, options.min_component_share);
-  result.dropped_specks = specks.count;
-  result.dropped_speck_weight = specks.weight;
+  const DroppedComponents dropped =
+      drop_small_components(mixture, graph, mesh.faces, connectivity, options.min_component_share);
+  result.dropped_components = dropped.count;
+  result.dropped_component_weight = dropped.weight;
 
   mesh.vertices = mixture;
   result.component_of_vertex.resize(mixture.size());

@@ -100,8 +100,8 @@ struct TriangulationStatistics {
   double light_weight = 0;              ///< their weight, in points
   std::size_t leftover_components = 0;  ///< other Gaussians that no face uses
   double leftover_weight = 0;           ///< their weight, in points
-  std::size_t dropped_specks = 0;       ///< connected components below min_component_share
-  double dropped_speck_weight = 0;      ///< their weight, in points
+  std::size_t dropped_components = 0;   ///< connected components of faces below min_component_share
+  double dropped_component_weight = 0;  ///< their weight, in points
   std::size_t split_vertices = 0;       ///< copies made to part fans that touch in a vertex
   std::size_t flipped_edges = 0;        ///< interior edges flipped for a better grade
   std::size_t closed_pinholes = 0;      ///< boundary loops closed because the mixture bridges them
@@ -118,8 +118,8 @@ struct TriangulationStatistics {
     count("light_weight", light_weight);
     count("leftover_components", leftover_components);
     count("leftover_weight", leftover_weight);
-    count("dropped_specks", dropped_specks);
-    count("dropped_speck_weight", dropped_speck_weight);
+    count("dropped_components", dropped_components);
+    count("dropped_component_weight", dropped_component_weight);
     count("split_vertices", split_vertices);
     count("flipped_edges", flipped_edges);
     count("closed_pinholes", closed_pinholes);

@@ -31,11 +31,12 @@ std::size_t split_vertices(Mixture& vertices, std::vector<Index>& component_of_v
   return copies;
 }
 
-Specks drop_specks(const Mixture& vertices, const OverlapGraph& graph, FaceList& faces, double min_share) {
+DroppedComponents drop_small_components(const Mixture& vertices, const OverlapGraph& graph, FaceList& faces,
+                                        double min_share) {
   Connectivity connectivity = build_connectivity(faces, vertices.size());
-  const Specks specks = internal::drop_specks(vertices, graph, faces, connectivity, min_share);
+  const DroppedComponents dropped = internal::drop_small_components(vertices, graph, faces, connectivity, min_share);
   expect_connectivity(connectivity, faces, vertices.size());
-  return specks;
+  return dropped;
 }
 
 TEST(Pieces, SplitsABowTie) {
@@ -106,21 +107,21 @@ void add_triangle(Mixture& m, FaceList& faces, double offset, double w) {
   faces.add(first, first + 1, first + 2);
 }
 
-TEST(Pieces, SpecksBelowTheShareAreDropped) {
+TEST(Pieces, ComponentsBelowTheShareAreDropped) {
   Mixture m;
   FaceList faces;
   add_triangle(m, faces, 0, 300);
   add_triangle(m, faces, 5, 1);
   add_triangle(m, faces, 10, 30);
   add_triangle(m, faces, 15, 2);
-  const Specks specks = drop_specks(m, {}, faces, 0.01);  // of 999
-  EXPECT_EQ(specks.count, 2U);
-  EXPECT_EQ(specks.weight, 9.0);
+  const DroppedComponents dropped = drop_small_components(m, {}, faces, 0.01);  // of 999
+  EXPECT_EQ(dropped.count, 2U);
+  EXPECT_EQ(dropped.weight, 9.0);
   EXPECT_EQ(canonical(faces), (std::vector<GrowingSurface::Triangle>{{0, 1, 2}, {6, 7, 8}}));
-  EXPECT_EQ(drop_specks(m, {}, faces, 0.01).count, 0U);
+  EXPECT_EQ(drop_small_components(m, {}, faces, 0.01).count, 0U);
 }
 
-TEST(Pieces, TheHeaviestComponentIsNoSpeck) {
+TEST(Pieces, TheHeaviestComponentStays) {
   Mixture m;
   FaceList faces;
   add_triangle(m, faces, 0, 1);
@@ -128,12 +129,13 @@ TEST(Pieces, TheHeaviestComponentIsNoSpeck) {
   m.means.emplace_back(100, 0, 0);  // most of the weight is in no face
   m.covariances.push_back(Sym3::identity());
   m.weights.push_back(1e6);
-  EXPECT_EQ(drop_specks(m, {}, faces, 0.5).count, 1U);
+  EXPECT_EQ(drop_small_components(m, {}, faces, 0.5).count, 1U);
   EXPECT_EQ(canonical(faces), (std::vector<GrowingSurface::Triangle>{{3, 4, 5}}));
 }
 
-TEST(Pieces, AVertexOfASpeckAndOfTheRestStays) {
-  // Vertex 0 is shared by a speck and what stays: its weight is not lost. Faces of the two alternate in the list.
+TEST(Pieces, AVertexOfASmallComponentAndOfTheRestStays) {
+  // Vertex 0 is shared by a small component and what stays: its weight is not lost. Faces of the two alternate in the
+  // list.
   Mixture m;
   m.means = {Vec3(0, 0, 0),  Vec3(1, 0, 0),   Vec3(1, 1, 0), Vec3(0, 1, 0),
              Vec3(-1, 0, 0), Vec3(-1, -1, 0), Vec3(0, -1, 0)};
@@ -146,12 +148,12 @@ TEST(Pieces, AVertexOfASpeckAndOfTheRestStays) {
   faces.add(0, 5, 6);
   FaceList with_share = faces;
   // The small component has weight 4 + 3.
-  EXPECT_EQ(drop_specks(m, {}, with_share, 7.5 / 307).count, 1U);
+  EXPECT_EQ(drop_small_components(m, {}, with_share, 7.5 / 307).count, 1U);
   with_share = faces;
-  EXPECT_EQ(drop_specks(m, {}, with_share, 6.5 / 307).count, 0U);
-  const Specks specks = drop_specks(m, {}, faces, 0.1);
-  EXPECT_EQ(specks.count, 1U);
-  EXPECT_EQ(specks.weight, 3.0);
+  EXPECT_EQ(drop_small_components(m, {}, with_share, 6.5 / 307).count, 0U);
+  const DroppedComponents dropped = drop_small_components(m, {}, faces, 0.1);
+  EXPECT_EQ(dropped.count, 1U);
+  EXPECT_EQ(dropped.weight, 3.0);
   EXPECT_EQ(faces.size(), 2U);
 }
 

@@ -39,7 +39,7 @@ void expect_sound(const Mixture& mixture, const Triangulation& result) {
   EXPECT_TRUE(topology(test::welded(mesh.faces, mesh.vertices.means), mesh.vertices.size()).manifold());
 
   const double total = sum(mixture.weights);
-  double weight = result.light_weight + result.leftover_weight + result.dropped_speck_weight;
+  double weight = result.light_weight + result.leftover_weight + result.dropped_component_weight;
   for (Index v = 0; v < mesh.vertices.size(); ++v)  // of what stands for points
     if (result.component_of_vertex[v] != no_index) weight += mesh.vertices.weights[v];
   EXPECT_NEAR(weight, total, 1e-12 * total);
@@ -59,7 +59,7 @@ void expect_sound(const Mixture& mixture, const Triangulation& result) {
   EXPECT_LE(mesh.vertices.size() - made - copies.size(), result.split_vertices);
   const std::size_t unused = result.light_components + result.leftover_components;
   EXPECT_LE(copies.size() + unused, mixture.size());
-  if (result.dropped_specks == 0 && result.untangled == 0) {
+  if (result.dropped_components == 0 && result.untangled == 0) {
     EXPECT_EQ(mesh.vertices.size() - made - copies.size(), result.split_vertices);
     EXPECT_EQ(copies.size() + unused, mixture.size());
   }
@@ -245,25 +245,25 @@ TEST(Triangulate, SeparateAndNestedSpheres) {
   }
 }
 
-TEST(Triangulate, SpecksAndFarGaussiansAreCounted) {
+TEST(Triangulate, SmallComponentsAndFarGaussiansAreCounted) {
   const Mixture sphere = tangent_discs(test::fibonacci_sphere(2000));
-  const Mixture speck = tangent_discs(test::fibonacci_sphere(12, 0.1, Vec3(3, 0, 0)));
+  const Mixture small = tangent_discs(test::fibonacci_sphere(12, 0.1, Vec3(3, 0, 0)));
   Mixture lone;
   lone.means = {Vec3(0, 9, 0), Vec3(0, -9, 0)};
   lone.covariances.assign(2, Sym3::identity(1e-3));
   lone.weights = {0.25, 0.5};
-  const Mixture mixture = test::joined(test::joined(sphere, speck), lone);
+  const Mixture mixture = test::joined(test::joined(sphere, small), lone);
   const Triangulation result = triangulate(mixture, {.min_component_share = 0.007});  // 14 of 2012.75
   expect_sound(mixture, result);
   EXPECT_EQ(topology(result.mesh).components, 1U);
   EXPECT_EQ(result.mesh.vertices.size(), 2000U);
-  EXPECT_EQ(result.dropped_specks, 1U);
-  EXPECT_EQ(result.dropped_speck_weight, 12.0);
+  EXPECT_EQ(result.dropped_components, 1U);
+  EXPECT_EQ(result.dropped_component_weight, 12.0);
   EXPECT_EQ(result.leftover_components, 2U);
   EXPECT_EQ(result.leftover_weight, 0.75);
   const Triangulation all = triangulate(mixture, {.min_component_share = 0});
   expect_sound(mixture, all);
-  EXPECT_EQ(all.dropped_specks, 0U);
+  EXPECT_EQ(all.dropped_components, 0U);
   EXPECT_EQ(topology(all.mesh).components, 2U);
 }
 
@@ -299,7 +299,7 @@ TEST(Triangulate, MixturesOfNoisyScansAreSound) {
 
 TEST(Triangulate, KernelsTooSmallForASheetAreSound) {
   // Far too small a kernel leaves a thick cloud of Gaussians: everything overlaps everything around it.
-  std::size_t specks = 0;
+  std::size_t dropped = 0;
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     SCOPED_TRACE(seed);
     SampledShape shape = test::random_sphere(3000, seed);
@@ -309,9 +309,9 @@ TEST(Triangulate, KernelsTooSmallForASheetAreSound) {
         {.sigma0 = Length::scene(0.6 * shape.spacing()), .flat_levels = 0, .initial = InitialCovariance::isotropic});
     const Triangulation result = triangulate(mixture);
     expect_sound(mixture, result);
-    specks += result.dropped_specks;
+    dropped += result.dropped_components;
   }
-  EXPECT_GT(specks, 0U);
+  EXPECT_GT(dropped, 0U);
 }
 
 TEST(Triangulate, RandomGaussiansAreSound) {
@@ -344,7 +344,7 @@ TEST(Triangulate, RandomGaussiansAreSound) {
 TEST(Triangulate, TinyIntegerGridsAreSound) {
   // Means on a tiny grid and few kinds of covariances: coplanar, collinear and cospherical points, equal grades and
   // flat triangles are the rule here.
-  std::size_t surfaces = 0, split = 0, specks = 0, closed = 0;
+  std::size_t surfaces = 0, split = 0, dropped = 0, closed = 0;
   for (std::uint64_t seed = 1; seed <= 1500; ++seed) {
     SCOPED_TRACE(seed);
     Random random(5000 + seed, test::sampling);
@@ -370,7 +370,7 @@ TEST(Triangulate, TinyIntegerGridsAreSound) {
       const Triangulation result = triangulate(mixture, options);
       ++surfaces;
       expect_sound(mixture, result);
-      split += result.split_vertices, specks += result.dropped_specks, closed += result.closed_pinholes;
+      split += result.split_vertices, dropped += result.dropped_components, closed += result.closed_pinholes;
     } catch (const NoSurfaceError&) {
     }
     if (HasFailure()) return;
@@ -378,7 +378,7 @@ TEST(Triangulate, TinyIntegerGridsAreSound) {
   // Otherwise this would not test what it is for.
   EXPECT_GT(surfaces, 1000U);
   EXPECT_GT(split, 20U);
-  EXPECT_GT(specks, 20U);
+  EXPECT_GT(dropped, 20U);
   EXPECT_GT(closed, 20U);
 }
 
