@@ -1,4 +1,5 @@
-// Cutting and stitching to a manifold: Guéziec et al. 2001, each vertex split by its fans.
+// Cutting and stitching to a manifold: Guéziec et al. 2001, each vertex split by its fans. It works on
+// a face list, not on an editable mesh: half-edges cannot hold what it is there to repair.
 
 #include <gpsrecon/core/repair_topology.h>
 

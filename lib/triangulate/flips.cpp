@@ -1,4 +1,6 @@
-// Edge flips by the plausibility of Preiner et al. 2019, Eq. 20-22, as Lawson 1977 flips by angles.
+// Edge flips by the plausibility of Preiner et al. 2019, Eq. 20-22, as Lawson 1977 flips by angles. They flip
+// the front's own triangles, not an editable mesh: fans of these may still touch in a vertex, and flipped triangles go
+// to the end of the list, on which all later numbers depend.
 
 #include <gpsrecon/triangulate/flips.h>
 

@@ -2,21 +2,21 @@
 
 #include <gpsrecon/triangulate/hole_patch.h>
 
-#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <gpsrecon/core/editable_mesh.h>
+
 #include <CGAL/Polygon_mesh_processing/self_intersections.h>
 #include <CGAL/Polygon_mesh_processing/triangulate_hole.h>
-#include <CGAL/Surface_mesh.h>
 #include <CGAL/boost/graph/Euler_operations.h>
 #include <algorithm>
 #include <iterator>
+#include <numeric>
 #include <utility>
 
 namespace gpsrecon::internal {
 namespace {
 
 namespace pmp = CGAL::Polygon_mesh_processing;
-using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
-using Surface = CGAL::Surface_mesh<Kernel::Point_3>;
+using Surface = EditableMesh;
 using Vertex = Surface::Vertex_index;
 using HalfEdge = Surface::Halfedge_index;
 using Face = Surface::Face_index;
@@ -25,7 +25,7 @@ using Faces = std::vector<Face>;
 /// Rings of faces that are cut out around an intersection, at most.
 constexpr int most_rings = 3;
 
-Vec3 to_vec(const Kernel::Point_3& p) {
+Vec3 to_vec(const Surface::Point& p) {
   return {p.x(), p.y(), p.z()};
 }
 
@@ -293,13 +293,10 @@ struct HolePatcher::Impl {
 };
 
 HolePatcher::HolePatcher(const std::vector<Vec3>& positions, const FaceList& faces) : impl_(std::make_unique<Impl>()) {
-  Surface& surface = impl_->surface;
-  surface.reserve(static_cast<Surface::size_type>(positions.size()),
-                  static_cast<Surface::size_type>(3 * faces.size() / 2 + positions.size()),
-                  static_cast<Surface::size_type>(faces.size()));
-  for (const Vec3& p : positions) impl_->set_number(surface.add_vertex({p.x(), p.y(), p.z()}), impl_->vertices++);
-  for (std::size_t f = 0; f < faces.size(); ++f)
-    surface.add_face(Vertex(faces[f][0]), Vertex(faces[f][1]), Vertex(faces[f][2]));
+  impl_->surface = editable_mesh(positions, faces);
+  impl_->vertices = static_cast<Index>(positions.size());
+  impl_->number.resize(positions.size());
+  std::iota(impl_->number.begin(), impl_->number.end(), Index{0});
 }
 HolePatcher::~HolePatcher() = default;
 HolePatcher::HolePatcher(HolePatcher&&) noexcept = default;
@@ -361,10 +358,7 @@ bool HolePatcher::cut(const std::vector<Index>& loop, const Wanted& wanted, cons
 }
 
 FaceList HolePatcher::faces() const {
-  FaceList faces;
-  faces.reserve(impl_->surface.number_of_faces(), 3 * impl_->surface.number_of_faces());
-  for (const Face f : impl_->surface.faces()) faces.add(impl_->corners(f));
-  return faces;
+  return face_list(impl_->surface, [this](Vertex v) { return impl_->number_of(v); });
 }
 
 }  // namespace gpsrecon::internal

@@ -20,7 +20,7 @@ struct HolePatch {
 /// vertices are numbered from the number of vertices on.
 class HolePatcher {
  public:
-  /// Copies the surface. Preconditions: triangles, manifold, consistently oriented.
+  /// Copies the surface. Precondition: triangles. Throws InvariantError unless manifold and consistently oriented.
   HolePatcher(const std::vector<Vec3>& positions, const FaceList& faces);
   ~HolePatcher();
   HolePatcher(HolePatcher&&) noexcept;
