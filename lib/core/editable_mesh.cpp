@@ -6,7 +6,7 @@
 #include <gpsrecon/core/error.h>
 #include <string>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 EditableMesh editable_mesh(const std::vector<Vec3>& positions, const FaceList& faces) {
   using Size = EditableMesh::size_type;
@@ -31,4 +31,4 @@ EditableMesh editable_mesh(const std::vector<Vec3>& positions, const FaceList& f
   return mesh;
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

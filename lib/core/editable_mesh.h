@@ -5,7 +5,7 @@
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Surface_mesh.h>
 
-namespace gpsrecon {
+namespace gpsrecon::internal {
 
 /// The mesh of all that edits a manifold surface: half-edges that keep their numbers while others come and go, over
 /// points of doubles. Flips, collapses and removals are CGAL's (CGAL/boost/graph/Euler_operations.h). It was measured
@@ -33,4 +33,4 @@ FaceList face_list(const EditableMesh& mesh, const Number& number_of) {
   return faces;
 }
 
-}  // namespace gpsrecon
+}  // namespace gpsrecon::internal

@@ -10,6 +10,8 @@
 #include "gps/meshes.h"
 
 namespace gpsrecon::test {
+
+using namespace internal;
 namespace {
 
 const Mesh& control() {

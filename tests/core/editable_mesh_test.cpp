@@ -12,20 +12,16 @@
 #include <algorithm>
 #include <array>
 
-#include "support/random_sequence.h"
+#include "support/random.h"
 
 namespace gpsrecon::test {
+
+using namespace internal;
 namespace {
 
 using testing::HasSubstr;
 using testing::ThrowsMessage;
 using Vertex = EditableMesh::Vertex_index;
-
-std::vector<Vec3> random_positions(std::size_t n, RandomSequence& random) {
-  std::vector<Vec3> positions(n);
-  for (Vec3& p : positions) p = random.vector();
-  return positions;
-}
 
 FaceList triangles(const std::vector<std::array<Index, 3>>& list) {
   FaceList faces;
@@ -34,7 +30,7 @@ FaceList triangles(const std::vector<std::array<Index, 3>>& list) {
 }
 
 /// A torus of n × n quadrilaterals, each of them two triangles if asked, each of which is left out with some chance.
-FaceList torus(Index n, bool triangulated, double share_left_out, RandomSequence& random) {
+FaceList torus(Index n, bool triangulated, double share_left_out, Random& random) {
   const auto at = [n](Index u, Index v) { return (u % n) * n + v % n; };
   FaceList faces;
   const auto add = [&](const std::vector<Index>& face) {
@@ -55,8 +51,8 @@ FaceList faces_of(const EditableMesh& mesh) {
   return face_list(mesh, [](Vertex v) { return static_cast<Index>(v); });
 }
 
-void expect_round_trip(const FaceList& faces, std::size_t vertex_count, RandomSequence& random) {
-  const std::vector<Vec3> positions = random_positions(vertex_count, random);
+void expect_round_trip(const FaceList& faces, std::size_t vertex_count, Random& random) {
+  const std::vector<Vec3> positions = random.vectors(vertex_count);
   const EditableMesh mesh = editable_mesh(positions, faces);
   EXPECT_EQ(faces_of(mesh), faces);
   ASSERT_EQ(mesh.number_of_vertices(), vertex_count);
@@ -69,7 +65,7 @@ void expect_round_trip(const FaceList& faces, std::size_t vertex_count, RandomSe
 }
 
 TEST(EditableMesh, GivesTheFacesBack) {
-  RandomSequence random(3);
+  Random random(3);
   expect_round_trip({}, 0, random);
   expect_round_trip({}, 3, random);
   expect_round_trip(triangles({{4, 2, 1}}), 6, random);
@@ -96,8 +92,8 @@ TEST(EditableMesh, GivesTheFacesBack) {
 }
 
 TEST(EditableMesh, RefusesWhatIsNotManifold) {
-  RandomSequence random(4);
-  const std::vector<Vec3> positions = random_positions(9, random);
+  Random random(4);
+  const std::vector<Vec3> positions = random.vectors(9);
   const auto refusal = [&](const std::vector<std::array<Index, 3>>& list, const char* text) {
     EXPECT_FALSE(manifold_faults(build_connectivity(triangles(list), 9)).empty());
     EXPECT_THAT([&] { editable_mesh(positions, triangles(list)); }, ThrowsMessage<InvariantError>(HasSubstr(text)));
@@ -110,7 +106,7 @@ TEST(EditableMesh, RefusesWhatIsNotManifold) {
 }
 
 TEST(EditableMesh, RefusesASoupJustIfItIsNotManifold) {
-  RandomSequence random(5);
+  Random random(5);
   int manifold = 0, refused = 0;
   for (int k = 0; k < 2000; ++k) {
     FaceList soup;
@@ -146,11 +142,11 @@ void expect_manifold(const EditableMesh& mesh, long euler, std::size_t loops) {
 }
 
 TEST(EditableMesh, StaysManifoldUnderFlipsAndCollapses) {
-  RandomSequence random(6);
+  Random random(6);
   for (const double share : {0.0, 0.05}) {
     const TopologyRepair repair = repair_topology(torus(14, true, share, random), 196);
     const Topology before = topology(repair.faces, repair.origin.size());
-    EditableMesh mesh = editable_mesh(random_positions(repair.origin.size(), random), repair.faces);
+    EditableMesh mesh = editable_mesh(random.vectors(repair.origin.size()), repair.faces);
     std::size_t flips = 0, collapses = 0;
     for (int k = 0; k < 3000; ++k) {
       const auto edges = mesh.number_of_edges() + mesh.number_of_removed_edges();
