@@ -10,7 +10,10 @@ constexpr std::array<LatticePoint, 6> directions{{{1, 0}, {0, 1}, {-1, 1}, {-1, 
 class Window {
  public:
   Window() { points_.fill(no_index); }
-  Index& operator()(int x, int y) { return points_[static_cast<std::size_t>(4 * (y + 1) + x + 1)]; }
+  Index& operator()(int x, int y) {
+    const int at = 4 * (y + 1) + x + 1;
+    return points_[static_cast<std::size_t>(at)];
+  }
 
  private:
   std::array<Index, 16> points_;

@@ -156,7 +156,7 @@ class BinaryBody {
           const T value = load<T, swap>(data() + i * sizeof(T));
           if constexpr (std::is_floating_point_v<T>)
             if (!is_integer(value)) return false;
-          list[i] = static_cast<std::int64_t>(value);
+          list[i] = static_cast<std::int64_t>(value);  // NOLINT(bugprone-signed-char-misuse): PLY's char is a number
         }
         return true;
       });

@@ -188,6 +188,7 @@ void add_colors(std::vector<Column>& columns, const std::vector<Color>& colors) 
 // Adds a column under its name, or one like it that no other column has.
 void add_scalar(std::vector<Column>& columns, const ScalarColumn& scalar, PlyType type) {
   std::vector<std::string> taken;
+  taken.reserve(columns.size());
   for (const Column& column : columns) taken.push_back(column.name);
   columns.push_back({.name = property_name(scalar.name, taken), .type = type, .real = scalar.values.data()});
 }

@@ -42,6 +42,7 @@ void describe(const CovMesh& mesh, const Connectivity& connectivity, ErrorReport
   described.faces = mesh.faces.size();
   described.topology = topology(connectivity);
   std::vector<std::string> names;
+  names.reserve(reasons.size());
   for (const LoopReason reason : reasons) names.emplace_back(name_of(reason));
   described.boundary_loops = measure_boundary_loops(mesh.vertices.means, connectivity, mesh.vertices.frame, names);
   for (BoundaryLoop& loop : described.boundary_loops)

@@ -12,7 +12,7 @@
 namespace gpsrecon::internal {
 namespace {
 
-constexpr std::size_t sample_count = 512, run = 16;
+constexpr std::size_t sample_count = 512, run = 16, half_run = run / 2;
 constexpr double step = 2 * std::numbers::pi / sample_count;
 
 /// The centre line at t, with its first two derivatives.
@@ -95,12 +95,12 @@ double Knot::nearest_sample(const Vec3& p) const {
   std::array<double, sample_count / run> middle;
   std::size_t first = 0;
   for (std::size_t r = 0; r < middle.size(); ++r) {
-    middle[r] = (samples_[r * run + run / 2] - p).norm();
+    middle[r] = (samples_[r * run + half_run] - p).norm();
     if (middle[r] < middle[first]) first = r;
   }
   double nearest = middle[first] * middle[first];
   for (std::size_t r = 0; r < middle.size(); ++r) {
-    if (const double least = middle[r] - longest_step_ * (run / 2); least > 0 && least * least > nearest) continue;
+    if (const double least = middle[r] - longest_step_ * half_run; least > 0 && least * least > nearest) continue;
     for (std::size_t i = r * run; i < (r + 1) * run; ++i) nearest = std::min(nearest, (samples_[i] - p).squaredNorm());
   }
   return nearest;
@@ -118,7 +118,7 @@ ShapePoint Knot::closest(const Vec3& p) const {
   CurvePoint best;
   double best_squared = std::numeric_limits<double>::infinity();
   for (std::size_t r = 0; r < sample_count; r += run) {
-    if (std::sqrt(squared(r + run / 2)) - longest_step_ * (run / 2) > bound) continue;
+    if (std::sqrt(squared(r + half_run)) - longest_step_ * half_run > bound) continue;
     for (std::size_t i = r; i < r + run; ++i) {
       const double here = squared(i);
       if (here > bound * bound || squared(i + sample_count - 1) < here || squared(i + 1) < here) continue;

@@ -287,6 +287,7 @@ struct HolePatcher::Impl {
   /// Numbers of the vertices at which the half-edges start.
   std::vector<Index> sources(const std::vector<HalfEdge>& edges) const {
     std::vector<Index> numbers;
+    numbers.reserve(edges.size());
     for (const HalfEdge h : edges) numbers.push_back(number_of(surface.source(h)));
     return numbers;
   }

@@ -155,7 +155,7 @@ std::vector<double> signed_errors(const PointCloud& world, const std::string& tr
   return error;
 }
 
-Json describe_errors(std::vector<double> error) {
+Json describe_errors(const std::vector<double>& error) {
   Json json;
   double sum = 0, absolute = 0, square = 0;
   const auto n = static_cast<double>(error.size());

@@ -49,9 +49,11 @@ std::vector<Vec3> noisy_torus(std::size_t n, double noise) {
 std::vector<Vec3> flat_sheet(std::size_t n) {
   std::vector<Vec3> points;
   const double step = 1 / static_cast<double>(n);
-  for (std::size_t i = 0; i < n * n; ++i)
-    points.emplace_back(step * (static_cast<double>(i % n) + uniform(4, i) / 3),
-                        step * (static_cast<double>(i / n) + uniform(5, i) / 3), 0.0);
+  for (std::size_t i = 0; i < n * n; ++i) {
+    const std::size_t column = i % n, row = i / n;
+    points.emplace_back(step * (static_cast<double>(column) + uniform(4, i) / 3),
+                        step * (static_cast<double>(row) + uniform(5, i) / 3), 0.0);
+  }
   return points;
 }
 

@@ -63,9 +63,10 @@ TEST(Orient, RoundingDoesNotChooseTheSideOfAFlatSheet) {
     Mixture m;
     FaceList faces;
     for (Index i = 0; i < 30; ++i) {
-      const Vec3 p = turn * Vec3(i % 6 + random.uniform(0, 0.5), i / 6 + random.uniform(0, 0.5), 0);
+      const Index column = i % 6, row = i / 6;
+      const Vec3 p = turn * Vec3(column + random.uniform(0, 0.5), row + random.uniform(0, 0.5), 0);
       m.means.push_back(p);
-      if (i % 6 == 5 || i >= 24) continue;
+      if (column == 5 || row == 4) continue;
       faces.add(i, i + 1, i + 7);
       faces.add(i, i + 7, i + 6);
     }

@@ -88,9 +88,11 @@ TEST(Budget, ThatCannotBeKeptIsRefused) {
   EXPECT_THROW(options.check(), OptionError);
   // Fifty spheres far apart cannot be twenty Gaussians.
   PointCloud many;
-  for (int s = 0; s < 50; ++s)
+  for (int s = 0; s < 50; ++s) {
+    const int column = s % 10, row = s / 10;
     for (const Vec3& p : test::noisy_sphere(500, 0.01, 3 + s).positions)
-      many.positions.push_back(p + Vec3(100 * (s % 10), 100 * (s / 10), 0));
+      many.positions.push_back(p + Vec3(100 * column, 100 * row, 0));
+  }
   EXPECT_EQ(reconstruct(many).report.covmesh->topology.components, 50u);
   options.budget = 20;
   EXPECT_THROW(reconstruct(many, options), OptionError);

@@ -54,7 +54,7 @@ ErrorReport full_report() {
   report.input->file = {"scan.ply", "ply", ""};
   report.input->points = 520;
   report.dropped = {{"non_finite", 3}, {"duplicate", 10}, {"isolated", 7}};
-  report.scale = ScaleReport{0.1, 0.03, 0.11, "spacing and noise", {}, {}};
+  report.scale = ScaleReport{{0.1, 0.03, 0.11, "spacing and noise"}, {}, {}};
   report.scale->search = ScaleSearchReport{"max_error", 0.01, {{1, 0.1, 60, 62, 0.02}, {0.5, 0.2, 30, 31, 0.04}}, 1};
   report.scale->check = ScaleCheckReport{100, {{1, 0.1, 50, -3.5}, {2, 0.2, 20, -4}}, 1};
   report.mixture = MixtureStatistics{{500, 170, 60}, 60, 517};

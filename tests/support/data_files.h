@@ -19,4 +19,4 @@ inline std::filesystem::path data_dir() {
 /// Skips the running test when an external data file is missing; otherwise declares `variable` with its path.
 #define GPSRECON_DATA_FILE(variable, name)                                    \
   const std::filesystem::path variable = gpsrecon::test::data_dir() / (name); \
-  if (!std::filesystem::exists(variable)) GTEST_SKIP() << variable << " is not there; set GPSRECON_DATA_DIR"
+  if (!std::filesystem::exists(variable)) GTEST_SKIP() << (variable) << " is not there; set GPSRECON_DATA_DIR"
