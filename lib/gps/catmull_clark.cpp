@@ -3,7 +3,6 @@
 #include <gpsrecon/gps/catmull_clark.h>
 
 #include <gpsrecon/core/parallel.h>
-#include <gpsrecon/gps/boundary_masks.h>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -16,16 +15,29 @@ using Topo = Connectivity;
 
 constexpr std::array interior_edge_mask{1.0 / 4, 1.0 / 4, 1.0 / 4, 1.0 / 4};
 
-bool kept(const Topo& topology, Index v, CornerRule corners) {
-  return topology.unused(v) || (topology.on_boundary(v) && topology.face_count[v] == 1 && corners == CornerRule::sharp);
-}
-
 /// The numbers of corners of all faces.
 std::vector<Index> face_sizes(const Topo& topology) {
   if (topology.corners_per_face != 0) return {topology.corners_per_face};
   std::vector<Index> sizes(topology.face_total());
   for (Index f = 0; f < sizes.size(); ++f) sizes[f] = topology.face_size(f);
   return sizes;
+}
+
+/// Numbers of faces of interior vertices: those of the vertices, and if `refined` of the points of the faces.
+std::vector<Index> limit_valences(const Topo& topology, bool refined) {
+  std::vector<Index> counts = topology.face_count;
+  if (refined) {
+    const std::vector<Index> sizes = face_sizes(topology);
+    counts.insert(counts.end(), sizes.begin(), sizes.end());
+  }
+  return counts;
+}
+
+std::vector<double> interior_vertex_mask(Index count) {
+  const double n = count;
+  std::vector<double> mask(2 * count + std::size_t{1}, 1 / (n * n));
+  mask[0] = (n - 2) / n;
+  return mask;
 }
 
 LimitWeight weight(double position, double u = 0, double v = 0) {
@@ -58,7 +70,7 @@ struct BoundaryMode {
 using LimitMask = std::vector<LimitWeight>;
 
 /// Weights of v and, face by face, of the other end of the edge before it and of the opposite corner.
-LimitMask interior_mask(Index n) {
+LimitMask interior_limit_mask(Index n) {
   const double step = 2 * std::numbers::pi / n, c = std::cos(step), count = n;
   const double a = 1 + c + std::cos(step / 2) * std::sqrt(2 * (9 + c));
   LimitMask mask(2 * n + std::size_t{1});
@@ -74,7 +86,7 @@ LimitMask interior_mask(Index n) {
 
 /// Weights of v, of its neighbours on the boundary, first and last, of the opposite corner of the first face, and of
 /// inner edge and opposite corner of every other.
-LimitMask boundary_mask(Index n) {
+LimitMask boundary_limit_mask(Index n) {
   // With one face, what is left across the boundary is the curvature of the boundary curve.
   if (n == 1) return {weight(2.0 / 3, 0, -2), weight(1.0 / 6, 1, 1), weight(1.0 / 6, -1, 1)};
   const BoundaryMode mode(n);
@@ -101,74 +113,27 @@ void CatmullClarkFaceRows::fill(std::size_t r, std::span<Index> row) const {
 }
 
 CatmullClarkRows::CatmullClarkRows(const Connectivity& connectivity, CornerRule corners)
-    : connectivity_(connectivity),
-      corners_(corners),
-      kept_(masks_.add(kept_mask)),
-      boundary_vertex_(masks_.add(boundary_vertex_mask)),
-      boundary_edge_(masks_.add(boundary_edge_mask)),
-      interior_edge_(masks_.add(interior_edge_mask)),
-      interior_vertex_(masks_.add_by_count(connectivity.face_count, [](Index count) {
-        const double n = std::max<Index>(count, 1);
-        std::vector<double> mask(2 * count + std::size_t{1}, 1 / (n * n));
-        mask[0] = (n - 2) / n;
-        return mask;
-      })) {}
-
-Mask CatmullClarkRows::mask(std::size_t r) const {
-  const Topo& topology = connectivity_;
-  if (r >= topology.vertex_count) {
-    const Index h = topology.edge_start[r - topology.vertex_count];
-    return topology.opposite[h] == no_index ? boundary_edge_ : interior_edge_;
-  }
-  const auto v = static_cast<Index>(r);
-  if (kept(topology, v, corners_)) return kept_;
-  return topology.on_boundary(v) ? boundary_vertex_ : interior_vertex_[topology.face_count[v]];
-}
+    : StepRows(connectivity, corners, interior_edge_mask, interior_vertex_mask) {}
 
 void CatmullClarkRows::fill(std::size_t r, std::span<Index> row) const {
+  if (!interior_after_fill(r, row)) return;
   const Topo& topology = connectivity_;
   const auto vertices = static_cast<Index>(topology.vertex_count);
   if (r >= vertices) {
-    const Index h = topology.edge_start[r - vertices];
-    row[0] = topology.source(h);
-    row[1] = topology.target(h);
-    if (row.size() == 2) return;
-    row[2] = vertices + topology.face(h);
-    row[3] = vertices + topology.face(topology.opposite[h]);
-    return;
-  }
-  const auto v = static_cast<Index>(r);
-  row[0] = v;
-  if (row.size() == 1) return;
-  if (topology.on_boundary(v)) {
-    row[1] = topology.target(topology.vertex_start[v]);
-    row[2] = topology.source(topology.for_each_leaving(v, [](Index) {}));
+    row[2] = vertices + topology.face(half_edge(r));
+    row[3] = vertices + topology.face(topology.opposite[half_edge(r)]);
     return;
   }
   std::size_t at = 1;
-  topology.for_each_leaving(v, [&](Index h) {
+  topology.for_each_leaving(row[0], [&](Index h) {
     row[at++] = topology.target(h);
     row[at++] = vertices + topology.face(h);
   });
 }
 
 CatmullClarkLimitRows::CatmullClarkLimitRows(const Connectivity& connectivity, CornerRule corners, bool refined)
-    : connectivity_(connectivity),
-      corners_(corners),
-      refined_(refined),
-      unused_(masks_.add(unused_limit_mask)),
-      corner_(masks_.add(corner_limit_mask)),
-      regular_boundary_(masks_.add(boundary_mask(2))),
-      regular_interior_(masks_.add(interior_mask(4))),
-      boundary_(
-          masks_.add_by_count(connectivity.face_count, [](Index n) { return boundary_mask(std::max<Index>(n, 1)); })) {
-  std::vector<Index> counts = connectivity.face_count;
-  if (refined) {
-    const std::vector<Index> sizes = face_sizes(connectivity);
-    counts.insert(counts.end(), sizes.begin(), sizes.end());
-  }
-  interior_ = masks_.add_by_count(counts, [](Index n) { return interior_mask(std::max<Index>(n, 1)); });
-}
+    : LimitRows(connectivity, corners, refined, 4, boundary_limit_mask, interior_limit_mask,
+                limit_valences(connectivity, refined)) {}
 
 std::size_t CatmullClarkLimitRows::rows() const {
   const Topo& topology = connectivity_;
@@ -176,15 +141,10 @@ std::size_t CatmullClarkLimitRows::rows() const {
 }
 
 Mask CatmullClarkLimitRows::mask(std::size_t r) const {
-  const Topo& topology = connectivity_;
-  const std::size_t vertices = topology.vertex_count, edges = topology.edge_count();
-  if (r >= vertices + edges) return interior_[topology.face_size(static_cast<Index>(r - vertices - edges))];
-  if (r >= vertices)
-    return topology.opposite[topology.edge_start[r - vertices]] == no_index ? regular_boundary_ : regular_interior_;
-  const auto v = static_cast<Index>(r);
-  if (topology.unused(v)) return unused_;
-  if (kept(topology, v, corners_)) return corner_;
-  return (topology.on_boundary(v) ? boundary_ : interior_)[topology.face_count[v]];
+  const std::size_t vertices = connectivity_.vertex_count, edges = connectivity_.edge_count();
+  if (r < vertices) return vertex_mask(static_cast<Index>(r));
+  if (r < vertices + edges) return edge_mask(r - vertices);
+  return interior_mask(connectivity_.face_size(static_cast<Index>(r - vertices - edges)));
 }
 
 void CatmullClarkLimitRows::fill(std::size_t r, std::span<Index> row) const {

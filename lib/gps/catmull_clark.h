@@ -1,8 +1,6 @@
 #pragma once
 
-#include <gpsrecon/core/connectivity.h>
-#include <gpsrecon/gps/stencils.h>
-#include <gpsrecon/gps/subdivide.h>
+#include <gpsrecon/gps/scheme_rows.h>
 
 // Internal to lib/gps: Catmull and Clark's scheme on half-edges, the counterpart of loop.
 
@@ -31,48 +29,27 @@ class CatmullClarkFaceRows {
 /// points and R of the middles of the n edges, that is v (n - 2)/n and 1/n² of the other ends and the face points; 1/4
 /// on edges. Boundary: the cubic B-spline curve; with CornerRule::sharp, vertices of a single face are kept. Vertices
 /// without faces are kept (Catmull and Clark 1978). The connectivity must outlive the rows.
-class CatmullClarkRows {
+class CatmullClarkRows : public StepRows {
  public:
-  using Weight = double;
   CatmullClarkRows(const Connectivity& connectivity, CornerRule corners);
 
   std::size_t columns() const { return connectivity_.vertex_count + connectivity_.face_total(); }
-  std::size_t rows() const { return connectivity_.vertex_count + connectivity_.edge_count(); }
-  const MaskStore<double>& masks() const { return masks_; }
-  Mask mask(std::size_t r) const;
   void fill(std::size_t r, std::span<Index> row) const;
-
- private:
-  const Connectivity& connectivity_;
-  CornerRule corners_;
-  MaskStore<double> masks_;
-  Mask kept_, boundary_vertex_, boundary_edge_, interior_edge_;
-  std::vector<Mask> interior_vertex_;  ///< by valence
 };
 
 /// Limit positions and tangents at the vertices of a mesh of quadrilaterals: in the interior n/(n + 5), 4/(n(n + 5)),
 /// 1/(n(n + 5)) and the dominant left eigenvectors of the fan; on the boundary the cubic B-spline, the tangent along it
 /// and the dominant mode across. The connectivity must outlive the rows.
-class CatmullClarkLimitRows {
+class CatmullClarkLimitRows : public LimitRows {
  public:
-  using Weight = LimitWeight;
-  /// With `refined`, the rows are those of the vertices of refine_to_quads(connectivity), which need not be made for
-  /// it. Otherwise all faces must have four corners.
+  /// With `refined`, the rows are those of the vertices of refine_to_quads(connectivity). Otherwise all faces must have
+  /// four corners.
   CatmullClarkLimitRows(const Connectivity& connectivity, CornerRule corners, bool refined);
 
   std::size_t columns() const { return rows(); }
   std::size_t rows() const;
-  const MaskStore<LimitWeight>& masks() const { return masks_; }
   Mask mask(std::size_t r) const;
   void fill(std::size_t r, std::span<Index> row) const;
-
- private:
-  const Connectivity& connectivity_;
-  CornerRule corners_;
-  bool refined_;
-  MaskStore<LimitWeight> masks_;
-  Mask unused_, corner_, regular_boundary_, regular_interior_;
-  std::vector<Mask> boundary_, interior_;  ///< by number of faces
 };
 
 }  // namespace gpsrecon::internal

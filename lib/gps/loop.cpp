@@ -2,7 +2,6 @@
 
 #include <gpsrecon/gps/loop.h>
 
-#include <gpsrecon/gps/boundary_masks.h>
 #include <gpsrecon/gps/refined_connectivity.h>
 #include <algorithm>
 #include <array>
@@ -66,55 +65,18 @@ double loop_beta(LoopWeights weights, Index n) {
 }
 
 LoopRows::LoopRows(const Connectivity& connectivity, LoopWeights weights, CornerRule corners)
-    : connectivity_(connectivity),
-      corners_(corners),
-      kept_(masks_.add(kept_mask)),
-      boundary_vertex_(masks_.add(boundary_vertex_mask)),
-      boundary_edge_(masks_.add(boundary_edge_mask)),
-      interior_edge_(masks_.add(interior_edge_mask)),
-      interior_vertex_(masks_.add_by_count(connectivity.face_count, [&](Index n) {
-        return n == 0 ? std::vector<double>{1.0} : interior_vertex_mask(weights, n);
-      })) {}
-
-Mask LoopRows::mask(std::size_t r) const {
-  const Topo& topology = connectivity_;
-  if (r >= topology.vertex_count) {
-    const Index h = topology.edge_start[r - topology.vertex_count];
-    return topology.opposite[h] == no_index ? boundary_edge_ : interior_edge_;
-  }
-  const auto v = static_cast<Index>(r);
-  switch (loop_rule(topology, v, corners_)) {
-    case LoopRule::boundary:
-      return boundary_vertex_;
-    case LoopRule::interior:
-      return interior_vertex_[topology.face_count[v]];
-    default:
-      return kept_;
-  }
-}
+    : StepRows(connectivity, corners, interior_edge_mask, [&](Index n) { return interior_vertex_mask(weights, n); }) {}
 
 void LoopRows::fill(std::size_t r, std::span<Index> row) const {
+  if (!interior_after_fill(r, row)) return;
   const Topo& topology = connectivity_;
   if (r >= topology.vertex_count) {
-    const Index h = topology.edge_start[r - topology.vertex_count];
-    row[0] = topology.source(h);
-    row[1] = topology.target(h);
-    if (row.size() == 2) return;
-    row[2] = topology.source(topology.previous(h));
-    row[3] = topology.source(topology.previous(topology.opposite[h]));
-    return;
-  }
-  const auto v = static_cast<Index>(r);
-  row[0] = v;
-  if (row.size() == 1) return;
-  if (topology.on_boundary(v)) {
-    // Only the first and the last neighbour lie on the boundary.
-    row[1] = topology.target(topology.vertex_start[v]);
-    topology.for_each_edge(v, [&](Index h, bool) { row[2] = topology.source(h); });
+    row[2] = topology.source(topology.previous(half_edge(r)));
+    row[3] = topology.source(topology.previous(topology.opposite[half_edge(r)]));
     return;
   }
   std::size_t at = 1;
-  topology.for_each_edge(v, [&](Index h, bool) { row[at++] = topology.target(h); });
+  topology.for_each_leaving(row[0], [&](Index h) { row[at++] = topology.target(h); });
 }
 
 StencilTable loop_stencils(const Connectivity& topology, LoopWeights weights, CornerRule corners,
@@ -123,35 +85,13 @@ StencilTable loop_stencils(const Connectivity& topology, LoopWeights weights, Co
 }
 
 LoopLimitRows::LoopLimitRows(const Connectivity& connectivity, LoopWeights weights, CornerRule corners, bool refined)
-    : connectivity_(connectivity),
-      corners_(corners),
-      refined_(refined),
-      unused_(masks_.add(unused_limit_mask)),
-      corner_(masks_.add(corner_limit_mask)),
-      regular_boundary_(masks_.add(boundary_limit_mask(3))),
-      regular_interior_(masks_.add(interior_limit_mask(weights, 6))),
-      boundary_(masks_.add_by_count(connectivity.face_count,
-                                    [](Index n) { return boundary_limit_mask(std::max<Index>(n, 1)); })),
-      interior_(masks_.add_by_count(connectivity.face_count,
-                                    [&](Index n) { return interior_limit_mask(weights, std::max<Index>(n, 1)); })) {}
+    : LimitRows(
+          connectivity, corners, refined, 6, boundary_limit_mask,
+          [&](Index n) { return interior_limit_mask(weights, n); }, connectivity.face_count) {}
 
 Mask LoopLimitRows::mask(std::size_t r) const {
-  const Topo& topology = connectivity_;
-  if (r >= topology.vertex_count) {
-    const Index h = topology.edge_start[r - topology.vertex_count];
-    return topology.opposite[h] == no_index ? regular_boundary_ : regular_interior_;
-  }
-  const auto v = static_cast<Index>(r);
-  switch (loop_rule(topology, v, corners_)) {
-    case LoopRule::unused:
-      return unused_;
-    case LoopRule::corner:
-      return corner_;
-    case LoopRule::boundary:
-      return boundary_[topology.face_count[v]];
-    default:
-      return interior_[topology.face_count[v]];
-  }
+  const std::size_t vertices = connectivity_.vertex_count;
+  return r < vertices ? vertex_mask(static_cast<Index>(r)) : edge_mask(r - vertices);
 }
 
 void LoopLimitRows::fill(std::size_t r, std::span<Index> row) const {

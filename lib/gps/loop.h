@@ -1,8 +1,6 @@
 #pragma once
 
-#include <gpsrecon/core/connectivity.h>
-#include <gpsrecon/gps/stencils.h>
-#include <gpsrecon/gps/subdivide.h>
+#include <gpsrecon/gps/scheme_rows.h>
 
 namespace gpsrecon::internal {
 
@@ -15,40 +13,16 @@ struct Refinement {
 /// Weight β of each of the n neighbours of an interior vertex; the vertex itself keeps 1 - nβ. Precondition: n >= 1.
 double loop_beta(LoopWeights weights, Index n);
 
-/// Which rule a vertex follows, at every level alike.
-enum class LoopRule {
-  unused,    ///< no face uses it: kept
-  corner,    ///< sharp corner: kept
-  boundary,  ///< on the boundary curve
-  interior,
-};
-inline LoopRule loop_rule(const Connectivity& connectivity, Index v, CornerRule corners) {
-  if (connectivity.unused(v)) return LoopRule::unused;
-  if (!connectivity.on_boundary(v)) return LoopRule::interior;
-  return corners == CornerRule::sharp && connectivity.face_count[v] == 1 ? LoopRule::corner : LoopRule::boundary;
-}
-
 /// The rows of one Loop step, numbered as the vertices of refine_triangles(connectivity): old vertices first, then one
 /// vertex per edge. Interior: 1 - nβ and β; 3/8, 3/8, 1/8, 1/8 on edges (Loop 1987). Boundary: the cubic B-spline
 /// curve, 3/4, 1/8, 1/8 and 1/2, 1/2; with CornerRule::sharp, vertices of a single face are kept. Vertices without
 /// faces are kept. All weights are positive and sum to one. A source of rows; the connectivity must outlive it.
-class LoopRows {
+class LoopRows : public StepRows {
  public:
-  using Weight = double;
   LoopRows(const Connectivity& connectivity, LoopWeights weights, CornerRule corners);
 
   std::size_t columns() const { return connectivity_.vertex_count; }
-  std::size_t rows() const { return connectivity_.vertex_count + connectivity_.edge_count(); }
-  const MaskStore<double>& masks() const { return masks_; }
-  Mask mask(std::size_t r) const;
   void fill(std::size_t r, std::span<Index> row) const;
-
- private:
-  const Connectivity& connectivity_;
-  CornerRule corners_;
-  MaskStore<double> masks_;
-  Mask kept_, boundary_vertex_, boundary_edge_, interior_edge_;
-  std::vector<Mask> interior_vertex_;  ///< by valence
 };
 
 /// The same, stored. O(n).
@@ -66,26 +40,15 @@ StencilTable loop_stencils(const Connectivity& connectivity, LoopWeights weights
 /// dominant mode, which the normals of the neighbours on the boundary tend to. At an interior vertex of two faces the
 /// second one vanishes: there is no tangent plane to find from a one-ring. Vertices without faces have zero tangents.
 /// A source of rows; the connectivity must outlive it.
-class LoopLimitRows {
+class LoopLimitRows : public LimitRows {
  public:
-  using Weight = LimitWeight;
-  /// With `refined`, the rows are those of the vertices of refine_triangles(connectivity), which need not be made for
-  /// it.
+  /// With `refined`, the rows are those of the vertices of refine_triangles(connectivity).
   LoopLimitRows(const Connectivity& connectivity, LoopWeights weights, CornerRule corners, bool refined);
 
   std::size_t columns() const { return rows(); }
   std::size_t rows() const { return connectivity_.vertex_count + (refined_ ? connectivity_.edge_count() : 0); }
-  const MaskStore<LimitWeight>& masks() const { return masks_; }
   Mask mask(std::size_t r) const;
   void fill(std::size_t r, std::span<Index> row) const;
-
- private:
-  const Connectivity& connectivity_;
-  CornerRule corners_;
-  bool refined_;
-  MaskStore<LimitWeight> masks_;
-  Mask unused_, corner_, regular_boundary_, regular_interior_;
-  std::vector<Mask> boundary_, interior_;  ///< by number of faces
 };
 
 /// The rows of the vertices of the mesh itself, stored. O(n).
