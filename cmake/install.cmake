@@ -1,5 +1,4 @@
 # Installation rules and the exported package: find_package(gpsrecon), then link gpsrecon::gpsrecon.
-# (The plug-in for PCD files is installed where it is defined, in lib/io.)
 include(CMakePackageConfigHelpers)
 
 # The headers of the library's interface, in namespace gpsrecon. All others are details, in namespace
@@ -53,9 +52,16 @@ foreach(header IN LISTS GPSRECON_PUBLIC_HEADERS)
   install(FILES lib/${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/gpsrecon/${stage})
 endforeach()
 
+# gpsrecon_installed builds what the installation copies, and no more.
+add_custom_target(gpsrecon_installed DEPENDS gpsrecon)
 install(TARGETS gpsrecon EXPORT gpsrecon ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 if(TARGET gpsrecon_cli)
+  add_dependencies(gpsrecon_installed gpsrecon_cli)
   install(TARGETS gpsrecon_cli RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+endif()
+if(TARGET gpsrecon_pcd)
+  add_dependencies(gpsrecon_installed gpsrecon_pcd)
+  install(TARGETS gpsrecon_pcd LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/gpsrecon)
 endif()
 install(FILES docs/reference/report.schema.json DESTINATION ${CMAKE_INSTALL_DATADIR}/gpsrecon)
 install(FILES LICENSE README.md CHANGELOG.md THIRD_PARTY.md DESTINATION ${CMAKE_INSTALL_DOCDIR})

@@ -8,9 +8,9 @@ scripts/install_packages.sh build
 
 # A build folder that is set up for the tests stays so; a new one is made without them, to be there sooner.
 if [ -f build/release/build.ninja ]; then
-  scripts/build.sh gpsrecon_cli gpsrecon_datasets
+  scripts/build.sh gpsrecon_installed gpsrecon_datasets
 else
-  scripts/build.sh -DGPSRECON_BUILD_TESTS=OFF gpsrecon_cli gpsrecon_datasets
+  scripts/build.sh -DGPSRECON_BUILD_TESTS=OFF gpsrecon_installed gpsrecon_datasets
 fi
 
 result=build/quickstart
