@@ -355,7 +355,7 @@ def draw_growth(plt, rows, titles, path):
 
 
 def read_ridge(path):
-    """Rows of (place on the ridge, place on the surface, arrived) of a file that ridge_of_covmesh wrote."""
+    """Rows of (point of the ridge, point of the surface, arrived) of a file that ridge_of_covmesh wrote."""
     from lab.ply import Ply
     samples = Ply(path)
     surface, (arrived,) = samples.vectors("surface_x", "surface_y", "surface_z"), samples.vectors("arrived").T

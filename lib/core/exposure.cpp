@@ -92,9 +92,9 @@ class SplatGrid {
   }
 
  private:
-  std::size_t column(double x) const { return place(x - left_, columns_); }
-  std::size_t row(double y) const { return place(y - bottom_, rows_); }
-  std::size_t place(double offset, std::size_t count) const {
+  std::size_t column(double x) const { return cell_along(x - left_, columns_); }
+  std::size_t row(double y) const { return cell_along(y - bottom_, rows_); }
+  std::size_t cell_along(double offset, std::size_t count) const {
     return static_cast<std::size_t>(std::clamp(offset / cell_, 0.0, static_cast<double>(count - 1)));
   }
   template <class Visit>

@@ -18,10 +18,10 @@ double length_factor(const Frame& from, const Frame& to) {
 
 }  // namespace
 
-std::vector<Vec3> in_frame(std::vector<Vec3> places, const Frame& from, const Frame& to) {
-  if (from == to) return places;
-  for (Vec3& p : places) p = to.to_local(from.to_world(p));
-  return places;
+std::vector<Vec3> in_frame(std::vector<Vec3> positions, const Frame& from, const Frame& to) {
+  if (from == to) return positions;
+  for (Vec3& p : positions) p = to.to_local(from.to_world(p));
+  return positions;
 }
 
 PointCloud in_frame(PointCloud cloud, const Frame& frame) {

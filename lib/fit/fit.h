@@ -68,16 +68,16 @@ struct Fit : FitStatistics {
 /// Moves the means of a triangular covariance mesh so that its limit surface S(u) = Σ_i W_i(u) μ_i, by the rules of the
 /// mesh, runs through the points, and refines it where they show detail: robust least squares of the normal offsets of
 /// the points from the samples of the surface closest to them (Tukey's biweight, scale from the points around each
-/// control vertex), linear in moves of the means along the normals, by conjugate gradients. A mean's own place counts
-/// as one point, its neighbours' moves as three, the less the more significant a move is. No mean leaves its Gaussian
-/// by more than three standard deviations, no step turns a face by more than 60 degrees, and moves that make the
-/// control mesh intersect itself are taken back. Steps end when the points come no closer. A sixteenth of them is held
-/// out: a refinement is undone that takes the surface significantly away from those. It is guided by Loop's surface in
-/// any case; with Scheme::catmull_clark the last steps, as many as a round has, move the other one. Vertices on the rim
-/// of an open surface also move outward, to where the points end (if `mesh.vertices.spacing` is known). New vertices
-/// have the Gaussians of a Loop step and a share of the weight of their edge's ends. A cloud in
-/// another frame is carried over to that of the mesh; the vertices are as_stored(). O(n log m) for n points and m
-/// samples. Throws OptionError, InvariantError, Cancelled.
+/// control vertex), linear in moves of the means along the normals, by conjugate gradients. A mean's own position
+/// counts as one point, its neighbours' moves as three, the less the more significant a move is. No mean leaves its
+/// Gaussian by more than three standard deviations, no step turns a face by more than 60 degrees, and moves that make
+/// the control mesh intersect itself are taken back. Steps end when the points come no closer. A sixteenth of them is
+/// held out: a refinement is undone that takes the surface significantly away from those. It is guided by Loop's
+/// surface in any case; with Scheme::catmull_clark the last steps, as many as a round has, move the other one. Vertices
+/// on the rim of an open surface also move outward, to where the points end (if `mesh.vertices.spacing` is known). New
+/// vertices have the Gaussians of a Loop step and a share of the weight of their edge's ends. A cloud in another frame
+/// is carried over to that of the mesh; the vertices are as_stored(). O(n log m) for n points and m samples. Throws
+/// OptionError, InvariantError, Cancelled.
 Fit fit(ConnectedMesh mesh, const PointCloud& cloud, const FitOptions& options = {}, const RunContext& context = {});
 
 /// The same, and before it open components are turned to where the points of the cloud were seen from, or to the side

@@ -73,7 +73,7 @@ class Tessellator {
               const RunContext& context)
       : surface_(surface), limit_(safety * tolerance), max_halvings_(max_halvings), context_(context) {
     positions_ = control.mesh.vertices.means;
-    places_.assign(positions_.size(), {no_index, 0, 0});
+    parameters_.assign(positions_.size(), {no_index, 0, 0});
     triangulate_control(control.mesh.faces, control.connectivity);
     place_vertices(0);
   }
@@ -90,7 +90,7 @@ class Tessellator {
     Tessellation result;
     result.faces.reserve(triangles_.size(), 3 * triangles_.size());
     for (const Triangle& t : triangles_) result.faces.add(t.vertices[0], t.vertices[1], t.vertices[2]);
-    result.places = std::move(places_);
+    result.parameters = std::move(parameters_);
     result.positions = std::move(positions_);
     for (const Triangle& t : triangles_)
       if (t.unresolved || std::any_of(t.edges.begin(), t.edges.end(), [&](Index e) { return edges_[e].unresolved; }))
@@ -117,9 +117,9 @@ class Tessellator {
   }
 
   Index add_vertex(Index patch, const Vec2& at) {
-    places_.push_back({patch, at.x(), at.y()});
+    parameters_.push_back({patch, at.x(), at.y()});
     positions_.emplace_back(Vec3::Zero());
-    return static_cast<Index>(places_.size() - 1);
+    return static_cast<Index>(parameters_.size() - 1);
   }
   Index add_edge(Index a, Index b, Index patch, const Vec2& pa, const Vec2& pb) {
     // Inner edges of triangles that have been split often count as short even if they are not, so that there is an end.
@@ -136,9 +136,9 @@ class Tessellator {
   }
   /// Positions of the vertices from `first` on.
   void place_vertices(std::size_t first) {
-    for_each(places_.size() - first, [&](std::size_t i, Work& work) {
-      const SurfaceParameter& place = places_[first + i];
-      if (place.patch != no_index) positions_[first + i] = surface_.data().position(place, work);
+    for_each(parameters_.size() - first, [&](std::size_t i, Work& work) {
+      const SurfaceParameter& parameter = parameters_[first + i];
+      if (parameter.patch != no_index) positions_[first + i] = surface_.data().position(parameter, work);
     });
   }
 
@@ -209,9 +209,9 @@ class Tessellator {
         }
       }
       for (Index i = 0; i < n; ++i)
-        if (places_[face[i]].patch == no_index) {
+        if (parameters_[face[i]].patch == no_index) {
           const Vec2 at = !whole(f) ? square[0] : triangular ? triangle[i] : square[i];
-          places_[face[i]] = {whole(f) ? patch : patch + i, at.x(), at.y()};
+          parameters_[face[i]] = {whole(f) ? patch : patch + i, at.x(), at.y()};
         }
     }
   }
@@ -436,7 +436,7 @@ class Tessellator {
   const double limit_;
   const int max_halvings_;
   const RunContext& context_;
-  std::vector<SurfaceParameter> places_;
+  std::vector<SurfaceParameter> parameters_;
   std::vector<Vec3> positions_;
   std::vector<Edge> edges_;
   std::vector<Triangle> triangles_;

@@ -7,10 +7,10 @@
 namespace gpsrecon::internal {
 
 struct Tessellation {
-  FaceList faces;                        ///< triangles, as many components and boundary loops as the control mesh has
-  std::vector<SurfaceParameter> places;  ///< per vertex; the control vertices come first, unused ones with no_index
-  std::vector<Vec3> positions;           ///< on the limit surface; of unused vertices their mean
-  std::size_t unresolved = 0;            ///< triangles that deviate by more but are too small to be split
+  FaceList faces;  ///< triangles, as many components and boundary loops as the control mesh has
+  std::vector<SurfaceParameter> parameters;  ///< per vertex; the control vertices come first, unused ones with no_index
+  std::vector<Vec3> positions;               ///< on the limit surface; of unused vertices their mean
+  std::size_t unresolved = 0;                ///< triangles that deviate by more but are too small to be split
 };
 
 /// Splits edges of the control mesh until no triangle is farther from the surface over it than `tolerance`, in units of

@@ -124,24 +124,24 @@ void interpolate(const Surface& surface, const Mixture& control, Mesh& refined, 
 }
 
 /// Samples of a surface at given parameters, with the interface of RefinementLevels.
-struct PlacedSamples {
+struct ParameterSamples {
   const PatchTable& table;
-  std::span<const SurfaceParameter> places;
+  std::span<const SurfaceParameter> parameters;
 
   template <class T>
   std::vector<T> to_samples(std::span<const T> values, const RunContext& context) const {
     const std::vector<T> points = table.to_points<T>(table.to_base<T>(values, context), context);
-    std::vector<T> samples(places.size());
+    std::vector<T> samples(parameters.size());
     parallel_blocks(
-        places.size(), context,
+        parameters.size(), context,
         [&](std::size_t, std::size_t begin, std::size_t end) {
           PatchRow<0> row;
           for (std::size_t i = begin; i < end; ++i) {
-            if (places[i].patch == no_index) {
+            if (parameters[i].patch == no_index) {
               samples[i] = values[i];
               continue;
             }
-            table.point_weights(table.locate(places[i]), row);
+            table.point_weights(table.locate(parameters[i]), row);
             samples[i] = apply_row<T>(row.row(), points);
           }
         },
@@ -161,9 +161,9 @@ void interpolate_attributes(const RefinementLevels<CatmullClarkScheme>& surface,
   interpolate(surface, control, refined, context);
 }
 
-void interpolate_attributes(const SurfaceEvaluator& surface, std::span<const SurfaceParameter> places,
+void interpolate_attributes(const SurfaceEvaluator& surface, std::span<const SurfaceParameter> parameters,
                             const Mixture& control, Mesh& refined, const RunContext& context) {
-  interpolate(PlacedSamples{surface.data().table, places}, control, refined, context);
+  interpolate(ParameterSamples{surface.data().table, parameters}, control, refined, context);
 }
 
 }  // namespace gpsrecon::internal

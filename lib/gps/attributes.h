@@ -19,8 +19,9 @@ void interpolate_attributes(const RefinementLevels<LoopScheme>& surface, const M
 void interpolate_attributes(const RefinementLevels<CatmullClarkScheme>& surface, const Mixture& control, Mesh& refined,
                             const RunContext& context);
 
-/// The same where the vertices of `refined` are at `places`; those without a patch are control vertices of that number.
-void interpolate_attributes(const SurfaceEvaluator& surface, std::span<const SurfaceParameter> places,
+/// The same where the vertices of `refined` are at `parameters`; those without a patch are control vertices of that
+/// number.
+void interpolate_attributes(const SurfaceEvaluator& surface, std::span<const SurfaceParameter> parameters,
                             const Mixture& control, Mesh& refined, const RunContext& context);
 
 }  // namespace gpsrecon::internal

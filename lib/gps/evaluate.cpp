@@ -126,8 +126,8 @@ SurfaceEvaluator::Data::Data(const Mixture& control, const SurfaceRules& rules, 
   });
 }
 
-Jet<DualPoint> SurfaceEvaluator::Data::jet(const PatchTable::LeafPoint& place, PatchRow<2>& work) const {
-  table.point_weights(place, work);
+Jet<DualPoint> SurfaceEvaluator::Data::jet(const PatchTable::LeafPoint& leaf, PatchRow<2>& work) const {
+  table.point_weights(leaf, work);
   Jet<DualPoint> jet;
   Eigen::Index k = 0;
   for (DualPoint* part : {&jet.value, &jet.u, &jet.v, &jet.uu, &jet.uv, &jet.vv}) {
@@ -137,8 +137,8 @@ Jet<DualPoint> SurfaceEvaluator::Data::jet(const PatchTable::LeafPoint& place, P
   return jet;
 }
 
-SurfacePoint SurfaceEvaluator::Data::evaluate(const SurfaceParameter& place, PatchRow<2>& work) const {
-  const PatchTable::LeafPoint leaf = table.locate(place);
+SurfacePoint SurfaceEvaluator::Data::evaluate(const SurfaceParameter& parameter, PatchRow<2>& work) const {
+  const PatchTable::LeafPoint leaf = table.locate(parameter);
   SurfacePoint p = to_space(jet(leaf, work), normal_form);
   if (!table.extraordinary(leaf)) return p;
   p.extraordinary = true;
@@ -146,9 +146,9 @@ SurfacePoint SurfaceEvaluator::Data::evaluate(const SurfaceParameter& place, Pat
   return p;
 }
 
-Curvature SurfaceEvaluator::Data::curvature_at(const SurfaceParameter& place, PatchRow<2>& work) const {
-  const PatchTable::LeafPoint leaf = table.locate(place);
-  if (!table.extraordinary(leaf)) return curvature(evaluate(place, work));
+Curvature SurfaceEvaluator::Data::curvature_at(const SurfaceParameter& parameter, PatchRow<2>& work) const {
+  const PatchTable::LeafPoint leaf = table.locate(parameter);
+  if (!table.extraordinary(leaf)) return curvature(evaluate(parameter, work));
   const Index vertex = table.vertex_of(leaf.leaf);
   Mat3 sum = Mat3::Zero();
   Vec3 normal = vertex_normals[vertex], fallback = Vec3::Zero();
@@ -182,43 +182,43 @@ Index SurfaceEvaluator::first_patch(std::size_t face) const {
   return data_->table.first_patch(face);
 }
 
-JetTable SurfaceEvaluator::weights(std::span<const SurfaceParameter> places, const RunContext& context) const {
-  return data_->table.weights(places, context);
+JetTable SurfaceEvaluator::weights(std::span<const SurfaceParameter> parameters, const RunContext& context) const {
+  return data_->table.weights(parameters, context);
 }
 
 std::size_t SurfaceEvaluator::patches_of(std::size_t face) const {
   return (face + 1 < data_->face_count ? first_patch(face + 1) : patch_count()) - first_patch(face);
 }
 
-std::vector<SurfacePoint> SurfaceEvaluator::evaluate(std::span<const SurfaceParameter> places,
+std::vector<SurfacePoint> SurfaceEvaluator::evaluate(std::span<const SurfaceParameter> parameters,
                                                      const RunContext& context) const {
-  data_->table.check(places);
-  std::vector<SurfacePoint> result(places.size());
+  data_->table.check(parameters);
+  std::vector<SurfacePoint> result(parameters.size());
   parallel_blocks(
-      places.size(), context,
+      parameters.size(), context,
       [&](std::size_t, std::size_t begin, std::size_t end) {
         PatchRow<2> work;
-        for (std::size_t i = begin; i < end; ++i) result[i] = data_->evaluate(places[i], work);
+        for (std::size_t i = begin; i < end; ++i) result[i] = data_->evaluate(parameters[i], work);
       },
       evaluation_block);
   return result;
 }
 
-SurfacePoint SurfaceEvaluator::evaluate(const SurfaceParameter& place) const {
-  data_->table.check({&place, 1});
+SurfacePoint SurfaceEvaluator::evaluate(const SurfaceParameter& parameter) const {
+  data_->table.check({&parameter, 1});
   PatchRow<2> work;
-  return data_->evaluate(place, work);
+  return data_->evaluate(parameter, work);
 }
 
-std::vector<Curvature> SurfaceEvaluator::curvatures(std::span<const SurfaceParameter> places,
+std::vector<Curvature> SurfaceEvaluator::curvatures(std::span<const SurfaceParameter> parameters,
                                                     const RunContext& context) const {
-  data_->table.check(places);
-  std::vector<Curvature> result(places.size());
+  data_->table.check(parameters);
+  std::vector<Curvature> result(parameters.size());
   parallel_blocks(
-      places.size(), context,
+      parameters.size(), context,
       [&](std::size_t, std::size_t begin, std::size_t end) {
         PatchRow<2> work;
-        for (std::size_t i = begin; i < end; ++i) result[i] = data_->curvature_at(places[i], work);
+        for (std::size_t i = begin; i < end; ++i) result[i] = data_->curvature_at(parameters[i], work);
       },
       evaluation_block);
   return result;

@@ -55,16 +55,17 @@ class SurfaceEvaluator {
   std::size_t patches_of(std::size_t face) const;
 
   /// The basis functions of the surface: surface_weights(), with what depends on the mesh alone at hand.
-  JetTable weights(std::span<const SurfaceParameter> places, const RunContext& context = {}) const;
+  JetTable weights(std::span<const SurfaceParameter> parameters, const RunContext& context = {}) const;
 
   /// All derivatives at each parameter, in parallel. Throws OptionError for parameters outside their patches.
-  std::vector<SurfacePoint> evaluate(std::span<const SurfaceParameter> places, const RunContext& context = {}) const;
-  SurfacePoint evaluate(const SurfaceParameter& place) const;
+  std::vector<SurfacePoint> evaluate(std::span<const SurfaceParameter> parameters,
+                                     const RunContext& context = {}) const;
+  SurfacePoint evaluate(const SurfaceParameter& parameter) const;
 
   /// Curvatures. At an irregular vertex that of the surface may be infinite: there the curvature tensors at a parameter
   /// distance of extraordinary_offset in u and v on each face around are averaged in the tangent plane of the vertex,
   /// and the result is marked not exact.
-  std::vector<Curvature> curvatures(std::span<const SurfaceParameter> places, const RunContext& context = {}) const;
+  std::vector<Curvature> curvatures(std::span<const SurfaceParameter> parameters, const RunContext& context = {}) const;
 
   struct Data;
   const Data& data() const { return *data_; }

@@ -36,14 +36,14 @@ namespace gpsrecon {
 struct SurfaceEvaluator::Data {
   Data(const Mixture& control, const SurfaceRules& rules, const Connectivity& connectivity, const RunContext& context);
 
-  Vec3 position(const SurfaceParameter& place, internal::PatchRow<0>& work) const {
-    table.point_weights(table.locate(place), work);
+  Vec3 position(const SurfaceParameter& parameter, internal::PatchRow<0>& work) const {
+    table.point_weights(table.locate(parameter), work);
     return internal::DualMap(internal::apply_row<internal::DualPoint>(work.row(), points)).mean() + normal_form.center;
   }
-  internal::Jet<internal::DualPoint> jet(const internal::PatchTable::LeafPoint& place,
+  internal::Jet<internal::DualPoint> jet(const internal::PatchTable::LeafPoint& leaf,
                                          internal::PatchRow<2>& work) const;
-  SurfacePoint evaluate(const SurfaceParameter& place, internal::PatchRow<2>& work) const;
-  Curvature curvature_at(const SurfaceParameter& place, internal::PatchRow<2>& work) const;
+  SurfacePoint evaluate(const SurfaceParameter& parameter, internal::PatchRow<2>& work) const;
+  Curvature curvature_at(const SurfaceParameter& parameter, internal::PatchRow<2>& work) const;
 
   internal::PatchTable table;
   std::size_t face_count;

@@ -118,24 +118,24 @@ class Fan {
     const auto count = static_cast<Index>(points.size());
     kind.ring_count = count - kind.own_count;
     // Where points of the leaf are the same, as around two triangles back to back, either may stand for them.
-    std::vector<Index> place(coarse_.vertex_count, no_index);
-    for (Index i = count; i-- > 0;) place[points[i]] = i;
+    std::vector<Index> index_in_leaf(coarse_.vertex_count, no_index);
+    for (Index i = count; i-- > 0;) index_in_leaf[points[i]] = i;
     std::vector<Index> refined;
     add_points(after_, fine_, half, refined);
-    kind.step = transposed(refined, place, count);
+    kind.step = transposed(refined, index_in_leaf, count);
     for (Index child = 1; child < 4; ++child) {
       // The half-edge along the first axis of the leaf, in the child between triangles against it.
       const Index first = child == 3 && size == 3 ? 1 : size - child;
       std::vector<Index> patch;
       after_.add_patch(half + size * child + first, patch);
-      kind.patches[child - 1] = transposed(patch, place, count);
+      kind.patches[child - 1] = transposed(patch, index_in_leaf, count);
     }
     const auto limits = Scheme::limit(coarse_, rules_, false);
     std::vector<Index> room(longest_row(limits));
     const Row<LimitWeight> limit = read_row(limits, 0, room.data());
     kind.limit.assign(count, 0);
     for (std::size_t j = 0; j < limit.indices.size(); ++j)
-      kind.limit[place[limit.indices[j]]] += limit.weights[j].position;
+      kind.limit[index_in_leaf[limit.indices[j]]] += limit.weights[j].position;
     return kind;
   }
 
@@ -147,13 +147,14 @@ class Fan {
   }
 
   /// What the points of the leaf give to refined ones.
-  StencilTable transposed(const std::vector<Index>& refined, const std::vector<Index>& place, Index count) const {
+  StencilTable transposed(const std::vector<Index>& refined, const std::vector<Index>& index_in_leaf,
+                          Index count) const {
     std::vector<Entry> entries;
     for (Index to = 0; to < refined.size(); ++to)
       for_each_vertex(after_.ghosts(), fine_.vertex_count, refined[to], 1, [&](Index r, double factor) {
         for_each_source(step_, r, [&](Index old, double weight) {
-          if (place[old] == no_index) throw InvariantError("evaluation: a leaf does not refine itself");
-          entries.push_back({place[old], to, factor * weight});
+          if (index_in_leaf[old] == no_index) throw InvariantError("evaluation: a leaf does not refine itself");
+          entries.push_back({index_in_leaf[old], to, factor * weight});
         });
       });
     return table_of(std::move(entries), count, refined.size());
@@ -258,10 +259,10 @@ PatchTable::PatchTable(const Connectivity& control, const SurfaceRules& rules, c
 // Parameters
 // --------------------------------------------------------------------------------------------------------------
 
-void PatchTable::check(std::span<const SurfaceParameter> places) const {
+void PatchTable::check(std::span<const SurfaceParameter> parameters) const {
   // Sums of exact parameters may be one off in the last place.
   constexpr double slack = 1e-12;
-  for (const SurfaceParameter& p : places) {
+  for (const SurfaceParameter& p : parameters) {
     const double top = triangular() ? p.u + p.v : std::max(p.u, p.v);
     if (p.patch >= patch_count() || !(p.u >= 0 && p.v >= 0 && top <= 1 + slack))
       throw OptionError("no parameter of the surface: patch " + std::to_string(p.patch) + " of " +
@@ -285,18 +286,18 @@ PatchTable::LeafPoint quarter(Index face, double u, double v) {
 
 }  // namespace
 
-PatchTable::LeafPoint PatchTable::locate(const SurfaceParameter& place) const {
-  double u = place.u, v = place.v;
+PatchTable::LeafPoint PatchTable::locate(const SurfaceParameter& parameter) const {
+  double u = parameter.u, v = parameter.v;
   if (scheme_ == Scheme::loop) {
-    const Index first = 4 * place.patch;
+    const Index first = 4 * parameter.patch;
     if (u + v <= 0.5) return {first, 2 * u, 2 * v, 2, 0, 0, 2};
     if (u >= 0.5) return {first + 1, 2 * v, std::max(0.0, 2 * (1 - u - v)), 0, 2, -2, -2};
     if (v >= 0.5) return {first + 2, std::max(0.0, 2 * (1 - u - v)), 2 * u, -2, -2, 2, 0};
     return {first + 3, 2 * (u + v) - 1, 1 - 2 * u, 2, 2, -2, 0};
   }
-  if (base_of_patch_.empty()) return quarter(place.patch, u, v);
-  const Index base = base_of_patch_[place.patch];
-  if (!split_patch_[place.patch]) return quarter(base, u, v);
+  if (base_of_patch_.empty()) return quarter(parameter.patch, u, v);
+  const Index base = base_of_patch_[parameter.patch];
+  if (!split_patch_[parameter.patch]) return quarter(base, u, v);
   const LeafPoint outer = quarter(0, u, v);
   LeafPoint inner = quarter(base + outer.leaf, outer.s, outer.t);
   const LeafPoint by_quarter = inner;
@@ -312,8 +313,8 @@ PatchTable::LeafPoint PatchTable::locate(const SurfaceParameter& place) const {
 namespace {
 
 /// By (u, v) instead of (s, t), which themselves are seen `scale` times as large.
-void change_parameters(const PatchTable::LeafPoint& place, double scale, BasisWeight<2>& w) {
-  const double su = scale * place.s_u, sv = scale * place.s_v, tu = scale * place.t_u, tv = scale * place.t_v;
+void change_parameters(const PatchTable::LeafPoint& point, double scale, BasisWeight<2>& w) {
+  const double su = scale * point.s_u, sv = scale * point.s_v, tu = scale * point.t_u, tv = scale * point.t_v;
   const double s = w[1], t = w[2], ss = w[3], st = w[4], tt = w[5];
   w[1] = su * s + tu * t;
   w[2] = sv * s + tv * t;
@@ -347,26 +348,26 @@ void pull_back(const StencilTable& table, const std::vector<BasisWeight<Order>>&
 }  // namespace
 
 template <int Order>
-void PatchTable::irregular_weights(const LeafPoint& place, PatchRow<Order>& row) const {
-  const Leaf& leaf = leaves_[place.leaf];
+void PatchTable::irregular_weights(const LeafPoint& point, PatchRow<Order>& row) const {
+  const Leaf& leaf = leaves_[point.leaf];
   const Kind& kind = kinds_[leaf.kind];
-  if (extraordinary(place)) {
+  if (extraordinary(point)) {
     if constexpr (Order == 0) {
       row.weights = kind.limit;
     } else {
-      LeafPoint off = place;
+      LeafPoint off = point;
       off.s = off.t = leaf_offset;
       irregular_weights(off, row);
       for (std::size_t i = 0; i < row.weights.size(); ++i) row.weights[i][0] = kind.limit[i];
     }
     return;
   }
-  double s = 2 * place.s, t = 2 * place.t, scale = 2;
+  double s = 2 * point.s, t = 2 * point.t, scale = 2;
   int steps = 0;
   for (; triangular() ? s + t < 1 : s < 1 && t < 1; ++steps) s *= 2, t *= 2, scale *= 2;
   const auto begin = [&](const auto& basis, std::size_t patch, double factor) {
     row.refined.assign(basis.begin(), basis.end());
-    for (BasisWeight<Order>& w : row.refined) change_parameters(place, factor, w);
+    for (BasisWeight<Order>& w : row.refined) change_parameters(point, factor, w);
     pull_back<Order>(kind.patches[patch], row.refined, row.weights);
   };
   if (triangular()) {
@@ -388,23 +389,23 @@ void PatchTable::irregular_weights(const LeafPoint& place, PatchRow<Order>& row)
 }
 
 template <int Order>
-void PatchTable::point_weights(const LeafPoint& place, PatchRow<Order>& row) const {
-  const Leaf& leaf = leaves_[place.leaf];
+void PatchTable::point_weights(const LeafPoint& point, PatchRow<Order>& row) const {
+  const Leaf& leaf = leaves_[point.leaf];
   const std::span<const Index> points = points_of(leaf);
   row.indices.assign(points.begin(), points.end());
   if (leaf.kind != 0) {
     const std::span<const Index> ring = ring_of(leaf);
     row.indices.insert(row.indices.end(), ring.begin(), ring.end());
-    return irregular_weights(place, row);
+    return irregular_weights(point, row);
   }
   const auto begin = [&](const auto& basis) {
     row.weights.assign(basis.begin(), basis.end());
-    for (BasisWeight<Order>& w : row.weights) change_parameters(place, 1, w);
+    for (BasisWeight<Order>& w : row.weights) change_parameters(point, 1, w);
   };
   if (triangular())
-    begin(box_spline_basis<Order>(place.s, place.t));
+    begin(box_spline_basis<Order>(point.s, point.t));
   else
-    begin(bicubic_basis<Order>(place.s, place.t));
+    begin(bicubic_basis<Order>(point.s, point.t));
 }
 
 template void PatchTable::point_weights<0>(const LeafPoint&, PatchRow<0>&) const;
@@ -454,16 +455,16 @@ class VertexWeights {
 
 }  // namespace
 
-JetTable PatchTable::weights(std::span<const SurfaceParameter> places, const RunContext& context) const {
-  check(places);
+JetTable PatchTable::weights(std::span<const SurfaceParameter> parameters, const RunContext& context) const {
+  check(parameters);
   constexpr std::size_t block_size = 512;
-  std::vector<JetTable> blocks((places.size() + block_size - 1) / block_size);
+  std::vector<JetTable> blocks((parameters.size() + block_size - 1) / block_size);
   const auto compute = [&](std::size_t block, std::size_t begin, std::size_t end) {
     JetTable& table = blocks[block];
     PatchRow<2> row;
     VertexWeights weights;
     for (std::size_t i = begin; i < end; ++i) {
-      point_weights(locate(places[i]), row);
+      point_weights(locate(parameters[i]), row);
       weights.assign(row);
       weights.replace(
           [&](Index point, const auto& add) { for_each_vertex(ghosts_, to_points_.new_vertices(), point, 1, add); });
@@ -476,7 +477,7 @@ JetTable PatchTable::weights(std::span<const SurfaceParameter> places, const Run
       table.offsets.push_back(static_cast<std::uint32_t>(table.indices.size()));
     }
   };
-  parallel_blocks(places.size(), context, compute, block_size);
+  parallel_blocks(parameters.size(), context, compute, block_size);
   JetTable table;
   table.columns = control_count_;
   for (const JetTable& block : blocks) {

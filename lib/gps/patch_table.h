@@ -57,10 +57,10 @@ class PatchTable {
     return first_patch_.empty() ? static_cast<Index>(face) : first_patch_[face];
   }
   /// Throws OptionError for parameters outside their patches.
-  void check(std::span<const SurfaceParameter> places) const;
+  void check(std::span<const SurfaceParameter> parameters) const;
 
   /// surface_weights(), of this mesh.
-  JetTable weights(std::span<const SurfaceParameter> places, const RunContext& context = {}) const;
+  JetTable weights(std::span<const SurfaceParameter> parameters, const RunContext& context = {}) const;
 
   // Leaves, as flat arrays -------------------------------------------------------------------------------------------
 
@@ -117,10 +117,10 @@ class PatchTable {
     double s_u, s_v, t_u, t_v;
   };
   /// O(1). Precondition: one that check() accepts.
-  LeafPoint locate(const SurfaceParameter& place) const;
+  LeafPoint locate(const SurfaceParameter& parameter) const;
   /// True if the point is the vertex of a leaf where derivatives by parameters do not exist.
-  bool extraordinary(const LeafPoint& place) const {
-    return leaves_[place.leaf].kind > 0 && std::max(place.s, place.t) <= closest;
+  bool extraordinary(const LeafPoint& point) const {
+    return leaves_[point.leaf].kind > 0 && std::max(point.s, point.t) <= closest;
   }
   /// The vertex at (0, 0) of a leaf that is not regular, numbered like the vertices of the base mesh.
   Index vertex_of(Index leaf) const { return indices_[leaves_[leaf].points]; }
@@ -147,7 +147,7 @@ class PatchTable {
   /// The weights of the points of the leaf, by (u, v). Order 0: of the value; 2: and of all derivatives. No allocation
   /// once the row has its size.
   template <int Order>
-  void point_weights(const LeafPoint& place, PatchRow<Order>& row) const;
+  void point_weights(const LeafPoint& point, PatchRow<Order>& row) const;
 
   /// Where derivatives are taken instead of at an irregular vertex, in s and t.
   static constexpr double leaf_offset = 2 * extraordinary_offset;
@@ -161,7 +161,7 @@ class PatchTable {
   template <class Scheme>
   void build(const Connectivity& base, const SurfaceRules& rules, const RunContext& context);
   template <int Order>
-  void irregular_weights(const LeafPoint& place, PatchRow<Order>& row) const;
+  void irregular_weights(const LeafPoint& point, PatchRow<Order>& row) const;
 
   Scheme scheme_ = Scheme::loop;
   std::size_t control_count_ = 0, patch_count_ = 0;

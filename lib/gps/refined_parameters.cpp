@@ -29,17 +29,17 @@ Corners<4> child(const Corners<4>& c, std::size_t i) {
 }
 
 template <std::size_t N>
-void place_descendants(Index patch, const Corners<N>& corners, int levels, const FaceList& refined, std::size_t& face,
-                       std::vector<SurfaceParameter>& places) {
+void set_descendants(Index patch, const Corners<N>& corners, int levels, const FaceList& refined, std::size_t& face,
+                     std::vector<SurfaceParameter>& parameters) {
   if (levels > 0) {
     for (std::size_t i = 0; i < children; ++i)
-      place_descendants(patch, child(corners, i), levels - 1, refined, face, places);
+      set_descendants(patch, child(corners, i), levels - 1, refined, face, parameters);
     return;
   }
   const std::span<const Index> vertices = refined[face++];
   for (std::size_t i = 0; i < N; ++i)
-    if (SurfaceParameter& place = places[vertices[i]]; place.patch == no_index)
-      place = {patch, corners[i].x(), corners[i].y()};
+    if (SurfaceParameter& parameter = parameters[vertices[i]]; parameter.patch == no_index)
+      parameter = {patch, corners[i].x(), corners[i].y()};
 }
 
 const Corners<3> triangle{{{0, 0}, {1, 0}, {0, 1}}};
@@ -49,26 +49,26 @@ const Corners<4> square{{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
 
 std::vector<SurfaceParameter> refined_parameters(const FaceList& control, const FaceList& refined,
                                                  std::size_t vertex_count, int levels, Scheme scheme) {
-  std::vector<SurfaceParameter> places(vertex_count, {no_index, 0, 0});
+  std::vector<SurfaceParameter> parameters(vertex_count, {no_index, 0, 0});
   std::size_t face = 0;
   Index patch = 0;
   for (std::size_t f = 0; f < control.size(); ++f) {
     const std::span<const Index> corners = control[f];
     if (scheme == Scheme::loop) {
-      place_descendants(patch++, triangle, levels, refined, face, places);
+      set_descendants(patch++, triangle, levels, refined, face, parameters);
     } else if (corners.size() == 4) {
-      place_descendants(patch++, square, levels, refined, face, places);
+      set_descendants(patch++, square, levels, refined, face, parameters);
     } else if (levels > 0) {
       for (std::size_t i = 0; i < corners.size(); ++i)
-        place_descendants(patch++, square, levels - 1, refined, face, places);
+        set_descendants(patch++, square, levels - 1, refined, face, parameters);
     } else {
       for (const Index v : refined[face++]) {
-        if (places[v].patch == no_index) places[v].patch = patch;
+        if (parameters[v].patch == no_index) parameters[v].patch = patch;
         ++patch;
       }
     }
   }
-  return places;
+  return parameters;
 }
 
 }  // namespace gpsrecon::internal

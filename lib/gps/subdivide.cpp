@@ -32,15 +32,15 @@ void add_scalar(Mesh& mesh, const char* name, std::vector<double> values) {
 }
 
 /// Columns in world units. Where a vertex has no parameter it has no curvature.
-void add_curvatures(const SurfaceEvaluator& surface, const std::vector<SurfaceParameter>& places, Mesh& mesh,
+void add_curvatures(const SurfaceEvaluator& surface, const std::vector<SurfaceParameter>& parameters, Mesh& mesh,
                     const RunContext& context) {
   std::vector<SurfaceParameter> on_surface;
-  for (const SurfaceParameter& place : places)
-    if (place.patch != no_index) on_surface.push_back(place);
+  for (const SurfaceParameter& parameter : parameters)
+    if (parameter.patch != no_index) on_surface.push_back(parameter);
   const std::vector<Curvature> known = surface.curvatures(on_surface, context);
-  std::vector<Curvature> all(places.size());
-  for (std::size_t v = 0, next = 0; v < places.size(); ++v) {
-    if (places[v].patch != no_index)
+  std::vector<Curvature> all(parameters.size());
+  for (std::size_t v = 0, next = 0; v < parameters.size(); ++v) {
+    if (parameters[v].patch != no_index)
       all[v] = known[next++];
     else
       all[v].exact = false;
@@ -94,11 +94,11 @@ Mesh subdivide_to_tolerance(const ConnectedMesh& connected, const SubdivideOptio
       [&](std::size_t, std::size_t begin, std::size_t end) {
         PatchRow<2> work;
         for (std::size_t v = begin; v < end; ++v) {
-          if (result.places[v].patch == no_index) {
+          if (result.parameters[v].patch == no_index) {
             covariances[v] = mesh.vertices.covariances[v];
             continue;
           }
-          const SurfacePoint p = surface.data().evaluate(result.places[v], work);
+          const SurfacePoint p = surface.data().evaluate(result.parameters[v], work);
           refined.normals[v] = p.normal;
           covariances[v] = p.covariance;
         }
@@ -110,8 +110,8 @@ Mesh subdivide_to_tolerance(const ConnectedMesh& connected, const SubdivideOptio
   const double kernel = mesh.vertices.sigma0 * mesh.vertices.sigma0;
   for (std::size_t v = 0; v < refined.sigma.size(); ++v)
     refined.sigma[v] = std::sqrt(std::max(0.0, covariances[v].quadratic_form(refined.normals[v]) - kernel));
-  if (options.attributes) interpolate_attributes(surface, result.places, mesh.vertices, refined, context);
-  if (options.curvature) add_curvatures(surface, result.places, refined, context);
+  if (options.attributes) interpolate_attributes(surface, result.parameters, mesh.vertices, refined, context);
+  if (options.curvature) add_curvatures(surface, result.parameters, refined, context);
   if (options.covariances) refined.covariances = std::move(covariances);
   return refined;
 }
@@ -136,9 +136,9 @@ Mesh subdivide_uniformly(const ConnectedMesh& connected, const SubdivideOptions&
   refined.frame = mesh.vertices.frame;
   if (options.attributes) interpolate_attributes(levels, mesh.vertices, refined, context);
   if (options.curvature) {
-    const std::vector<SurfaceParameter> places =
+    const std::vector<SurfaceParameter> parameters =
         refined_parameters(mesh.faces, refined.faces, refined.positions.size(), level, mesh.rules.scheme);
-    add_curvatures(SurfaceEvaluator(connected, context), places, refined, context);
+    add_curvatures(SurfaceEvaluator(connected, context), parameters, refined, context);
   }
   return refined;
 }

@@ -7,8 +7,8 @@ namespace gpsrecon {
 using namespace internal;
 
 JetTable surface_weights(const Connectivity& control, const SurfaceRules& rules,
-                         std::span<const SurfaceParameter> places, const RunContext& context) {
-  return PatchTable(control, rules, context).weights(places, context);
+                         std::span<const SurfaceParameter> parameters, const RunContext& context) {
+  return PatchTable(control, rules, context).weights(parameters, context);
 }
 
 }  // namespace gpsrecon

@@ -66,6 +66,6 @@ using JetTable = Stencils<JetWeight>;
 /// patches; InvariantError; Cancelled. O(n) for the control mesh and O(1) for each parameter, but O(n d) in a face with
 /// a vertex of n faces at a parameter distance of 2^-d. SurfaceEvaluator::weights() does the first once.
 JetTable surface_weights(const Connectivity& control, const SurfaceRules& rules,
-                         std::span<const SurfaceParameter> places, const RunContext& context = {});
+                         std::span<const SurfaceParameter> parameters, const RunContext& context = {});
 
 }  // namespace gpsrecon

@@ -8,7 +8,7 @@
 
 // Reading and writing by file name; the format follows from the extension (and for PLY from the header). Paths are
 // given as they are to the operating system; "-" is standard input or output, always PLY. Every reader throws
-// InputError, naming the file, the place in it and what was expected; every writer throws OutputError and leaves
+// InputError, naming the file, the position in it and what was expected; every writer throws OutputError and leaves
 // either the complete file or the file that was there before (a temporary file is written and renamed).
 //
 // Coordinates in files are world coordinates. Points and meshes are returned in the identity frame. Mixtures and

@@ -30,26 +30,26 @@ constexpr std::uint64_t align_stream = 0x616C69676E;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
-/// Where a place of the shape belongs, and the normal there; zero where there is none.
+/// Where a point of the shape belongs, and the normal there; zero where there is none.
 struct Match {
   Vec3 point, normal;
   double distance;
 };
-using Matcher = std::function<std::vector<Match>(const std::vector<Vec3>& places)>;
+using Matcher = std::function<std::vector<Match>(const std::vector<Vec3>& points)>;
 
-/// The motion that brings the places nearest to the planes through their matches, to first order (Chen and Medioni),
+/// The motion that brings the points nearest to the planes through their matches, to first order (Chen and Medioni),
 /// made a rotation.
-Eigen::Isometry3d step_to_planes(const std::vector<Vec3>& places, const std::vector<Match>& matches,
+Eigen::Isometry3d step_to_planes(const std::vector<Vec3>& points, const std::vector<Match>& matches,
                                  const std::vector<char>& used, const Vec3& center, double size) {
   Matrix6 a = Matrix6::Zero();
   Vector6 b = Vector6::Zero();
-  for (std::size_t i = 0; i < places.size(); ++i) {
+  for (std::size_t i = 0; i < points.size(); ++i) {
     if (!used[i]) continue;
-    const Vec3 arm = (places[i] - center) / size;
+    const Vec3 arm = (points[i] - center) / size;
     Vector6 row;
     row << arm.cross(matches[i].normal), matches[i].normal;
     a += row * row.transpose();
-    b += row * (matches[i].normal.dot(matches[i].point - places[i]) / size);
+    b += row * (matches[i].normal.dot(matches[i].point - points[i]) / size);
   }
   // A sphere may turn and a plane may slide as they like: then they stay.
   a += 1e-12 * a.trace() * Matrix6::Identity();
@@ -61,15 +61,15 @@ Eigen::Isometry3d step_to_planes(const std::vector<Vec3>& places, const std::vec
   return motion;
 }
 
-/// The motion that brings the places nearest to their matches.
-Eigen::Isometry3d step_to_points(const std::vector<Vec3>& places, const std::vector<Match>& matches,
+/// The motion that brings the points nearest to their matches.
+Eigen::Isometry3d step_to_points(const std::vector<Vec3>& points, const std::vector<Match>& matches,
                                  const std::vector<char>& used) {
   const auto count = std::count(used.begin(), used.end(), 1);
   Eigen::Matrix3Xd from(3, count), to(3, count);
   Eigen::Index column = 0;
-  for (std::size_t i = 0; i < places.size(); ++i) {
+  for (std::size_t i = 0; i < points.size(); ++i) {
     if (!used[i]) continue;
-    from.col(column) = places[i];
+    from.col(column) = points[i];
     to.col(column++) = matches[i].point;
   }
   Eigen::Isometry3d motion;
@@ -84,7 +84,7 @@ double rms(const std::vector<Match>& matches, const std::vector<char>& used) {
   return count > 0 ? std::sqrt(sum / count) : 0;
 }
 
-/// Places no farther than `trim` median distances.
+/// Points no farther than `trim` median distances.
 std::vector<char> close_enough(const std::vector<Match>& matches, double trim) {
   std::vector<double> distances;
   distances.reserve(matches.size());
@@ -96,22 +96,22 @@ std::vector<char> close_enough(const std::vector<Match>& matches, double trim) {
 }
 
 /// All in the frame of the reference; the motion is returned in world coordinates.
-Alignment iterate(std::vector<Vec3> places, const Matcher& match, bool to_planes, double diagonal, const Frame& frame,
+Alignment iterate(std::vector<Vec3> points, const Matcher& match, bool to_planes, double diagonal, const Frame& frame,
                   const AlignOptions& options, const RunContext& context) {
-  if (places.empty()) throw InvariantError("align: the shape is empty");
+  if (points.empty()) throw InvariantError("align: the shape is empty");
   Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
   Alignment report;
   for (; report.iterations < options.iterations && !report.converged; ++report.iterations) {
     context.throw_if_cancelled();
-    const std::vector<Match> matches = match(places);
+    const std::vector<Match> matches = match(points);
     const std::vector<char> used = close_enough(matches, options.trim);
     if (report.iterations == 0) report.rms_before = frame.scale() * rms(matches, used);
     Vec3 center = Vec3::Zero();
-    for (const Vec3& p : places) center += p / static_cast<double>(places.size());
+    for (const Vec3& p : points) center += p / static_cast<double>(points.size());
     const Eigen::Isometry3d step =
-        to_planes ? step_to_planes(places, matches, used, center, diagonal) : step_to_points(places, matches, used);
+        to_planes ? step_to_planes(points, matches, used, center, diagonal) : step_to_points(points, matches, used);
     double largest = 0;
-    for (Vec3& p : places) {
+    for (Vec3& p : points) {
       const Vec3 next = step * p;
       largest = std::max(largest, (next - p).norm());
       p = next;
@@ -119,7 +119,7 @@ Alignment iterate(std::vector<Vec3> places, const Matcher& match, bool to_planes
     motion = step * motion;
     report.converged = largest <= options.convergence * diagonal;
   }
-  const std::vector<Match> matches = match(places);
+  const std::vector<Match> matches = match(points);
   report.rms_after = frame.scale() * rms(matches, close_enough(matches, options.trim));
   // From the frame of the reference to the world.
   report.rotation = motion.linear();
@@ -142,7 +142,7 @@ std::vector<Vec3> places_of(const PointCloud& cloud, const AlignOptions& options
   return chosen;
 }
 
-Alignment align_to(const Mesh& reference, std::vector<Vec3> places, const AlignOptions& options,
+Alignment align_to(const Mesh& reference, std::vector<Vec3> points, const AlignOptions& options,
                    const RunContext& context) {
   if (reference.faces.empty()) throw InvariantError("align: the reference has no faces");
   const SurfaceDistance surface(reference, context);
@@ -155,11 +155,11 @@ Alignment align_to(const Mesh& reference, std::vector<Vec3> places, const AlignO
     });
     return matches;
   };
-  return iterate(std::move(places), match, true, bounding_box_diagonal(reference.positions), reference.frame, options,
+  return iterate(std::move(points), match, true, bounding_box_diagonal(reference.positions), reference.frame, options,
                  context);
 }
 
-Alignment align_to(const PointCloud& reference, std::vector<Vec3> places, const AlignOptions& options,
+Alignment align_to(const PointCloud& reference, std::vector<Vec3> points, const AlignOptions& options,
                    const RunContext& context) {
   if (reference.empty()) throw InvariantError("align: the reference has no points");
   const Neighbors index(reference.positions);
@@ -174,7 +174,7 @@ Alignment align_to(const PointCloud& reference, std::vector<Vec3> places, const 
     });
     return matches;
   };
-  return iterate(std::move(places), match, false, bounding_box_diagonal(reference.positions), reference.frame, options,
+  return iterate(std::move(points), match, false, bounding_box_diagonal(reference.positions), reference.frame, options,
                  context);
 }
 

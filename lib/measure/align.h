@@ -14,7 +14,7 @@ struct Alignment {
   Vec3 translation = Vec3::Zero();
   int iterations = 0;
   bool converged = false;
-  double rms_before = 0, rms_after = 0;  ///< distance of the places that were matched, scene units
+  double rms_before = 0, rms_after = 0;  ///< distance of the points that were matched, scene units
 };
 
 struct AlignOptions {
@@ -27,13 +27,14 @@ struct AlignOptions {
     using O = AlignOptions;
     return {
         field<&O::iterations>("align-iterations", "[1, 10000]", "steps, at most"),
-        field<&O::samples>("align-samples", "[10, 1e7]",
-                           "places of the moving shape that are matched: samples uniform by area, or points at random"),
+        field<&O::samples>(
+            "align-samples", "[10, 1e7]",
+            "points of the moving shape that are matched: samples uniform by area, or points of the cloud at random"),
         field<&O::trim>("align-trim", "> 1",
-                        "places farther than X median distances have no part in a step: what has no counterpart must "
+                        "points farther than X median distances have no part in a step: what has no counterpart must "
                         "not pull"),
         field<&O::convergence>("align-convergence", ">= 0",
-                               "end when a step moves no place farther than this share of the diagonal of the "
+                               "end when a step moves no point farther than this share of the diagonal of the "
                                "reference")};
   }
   /// Throws OptionError naming option, range and value.

@@ -244,7 +244,7 @@ AreaSamples sample_surface(const Mesh& mesh, std::size_t count, std::uint64_t st
   parallel_for(count, context, [&](std::size_t i) {
     const auto uniform = [&](std::uint64_t k) { return random_uniform(context.seed, stream, 3 * i + k); };
     const double strip = (static_cast<double>(i) + uniform(0)) / static_cast<double>(count);
-    // The first triangle that ends after the place; rounding may put the last one at the very end. Either way it is
+    // The first triangle that ends after that area; rounding may put the last one at the very end. Either way it is
     // one with an area, because equal sums are skipped.
     auto end = std::upper_bound(area_before.begin() + 1, area_before.end(), strip * total);
     if (end == area_before.end()) end = std::lower_bound(area_before.begin() + 1, area_before.end(), total);
@@ -276,7 +276,7 @@ Comparison compare(const Mesh& mesh, const PointCloud& cloud, const CompareOptio
   const SurfaceDistance surface(mesh, context);  // checks the corners before all else
   report.points_to_surface = measure_distances(surface, cloud, report.diagonal, context);
   report.mesh = measure_mesh(mesh, context, options.self_intersections);
-  // A surface without area has distances to it, and no places to measure from.
+  // A surface without area has distances to it, and no points to measure from.
   if (!(report.mesh->area > 0)) return report;
   report.thresholds = thresholds_of(options, report.diagonal);
   report.surface_to_points = one_way(Shape(mesh, options.samples, mesh_stream, context), Shape(cloud), cloud.frame,

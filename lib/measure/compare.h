@@ -29,7 +29,7 @@ struct NormalMeasures {
   double flipped = 0;        ///< share of normals that point to opposite sides (more than 90°), in [0, 1]
 };
 
-/// From samples of one shape to the nearest place of another.
+/// From samples of one shape to their footpoints on another.
 struct DirectionMeasures {
   DistanceMeasures distance;
   NormalMeasures normals;  ///< empty where one of the two has no normals

@@ -36,7 +36,7 @@ class SurfaceDistance {
   ClosestPoint closest(const Vec3& query) const;
 
   /// One result per point, in the order of the points; the same bytes for any number of threads. Points may be given in
-  /// any order (they are visited along a space-filling curve, each starting from the place found for the one before).
+  /// any order (they are visited along a space-filling curve, each starting from the footpoint of the one before).
   /// Throws InvariantError if the surface is empty or a point is not finite, or farther than 1e70 times the size of the
   /// surface; Cancelled.
   std::vector<ClosestPoint> distances(std::span<const Vec3> points, const RunContext& context = {}) const;

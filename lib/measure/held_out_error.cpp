@@ -41,10 +41,10 @@ std::vector<Foot> feet_of(const Mesh& mesh, std::span<const Vec3> points, const 
 /// Per foot the nearest other one on the same side of the surface, no_index if there is none near, or if the point is
 /// an outlier: farther out than `bound` while half of those around it are not.
 std::vector<Index> partners_of(const std::vector<Foot>& feet, double bound, const RunContext& context) {
-  std::vector<Vec3> places;
-  places.reserve(feet.size());
-  for (const Foot& f : feet) places.push_back(f.point);
-  const Neighbors index(places);
+  std::vector<Vec3> positions;
+  positions.reserve(feet.size());
+  for (const Foot& f : feet) positions.push_back(f.point);
+  const Neighbors index(positions);
   std::vector<Index> partner(feet.size(), no_index);
   parallel_blocks(feet.size(), context, [&](std::size_t, std::size_t begin, std::size_t end) {
     std::vector<Neighbor> near;

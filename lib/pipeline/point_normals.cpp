@@ -36,7 +36,7 @@ std::vector<Vec3> estimate(const PointCloud& distinct, PreparedCloud& used, cons
   }
   cloud.normals = pca_normals(cloud.positions, cloud.positions, normals, context);
   context.progress("normals", 0.3);
-  normals.h = given_h;  // an automatic one depends on the place
+  normals.h = given_h;  // an automatic one depends on the position
   if (options.method == NormalMethod::weiszfeld) return weiszfeld_normals(distinct.positions, cloud, normals, context);
   HemOptions reduction = options.mixture;
   reduction.normals = true;

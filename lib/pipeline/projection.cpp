@@ -8,12 +8,12 @@ namespace gpsrecon {
 namespace {
 
 /// Without what is carried anew afterwards, so that it is not carried along.
-PointCloud places_of(const PointCloud& points) {
-  PointCloud places;
-  places.positions = points.positions;
-  places.weights = points.weights;
-  places.frame = points.frame;
-  return places;
+PointCloud without_attributes(const PointCloud& points) {
+  PointCloud bare;
+  bare.positions = points.positions;
+  bare.weights = points.weights;
+  bare.frame = points.frame;
+  return bare;
 }
 
 }  // namespace
@@ -35,14 +35,14 @@ PointCloud project_points(const PreparedCloud& cloud, const ProjectionOptions& o
   options.check();
   const PointCloud& points = cloud.cloud;
   const Scale& scale = cloud.scale;
-  const PointCloud places = places_of(points);
+  const PointCloud bare = without_attributes(points);
   const double unit = points.frame.scale();
   const LengthScale lengths = cloud.lengths();
   ProjectOptions project = options.project;
   project.support_radius =
       options.support_radius.resolve(lengths, "support-radius", automatic_support_radius(scale.spacing, scale.noise));
   project.balance = options.method == ProjectionMethod::wlop;
-  PointCloud particles = choose_particles(places, options.particles, context);
+  PointCloud particles = choose_particles(bare, options.particles, context);
   std::string onto = std::to_string(points.size()) + " points";
   if (options.method == ProjectionMethod::clop) {
     HemOptions hem = options.hem;
@@ -51,11 +51,11 @@ PointCloud project_points(const PreparedCloud& cloud, const ProjectionOptions& o
     hem.detail = 1;
     hem.spacing = Length::scene(spacing * unit);
     hem.sigma0 = Length::scene(sigma0 * unit);
-    const Mixture mixture = build_mixture(places, hem, context);
+    const Mixture mixture = build_mixture(bare, hem, context);
     onto = std::to_string(mixture.size()) + " Gaussians of " + onto;
     particles = gpsrecon::project(particles, mixture, project, context);
   } else {
-    particles = gpsrecon::project(particles, places, project, context);
+    particles = gpsrecon::project(particles, bare, project, context);
   }
   attributes_from_nearest(particles, points, context);
   context.log(LogLevel::info, "project: " + std::to_string(particles.size()) + " particles onto " + onto +

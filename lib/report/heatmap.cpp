@@ -38,12 +38,12 @@ constexpr std::array<Color, 7> blue_white_red{{{33, 102, 172},
                                                {178, 24, 43}}};
 
 Color between(std::span<const Color> knots, double share) {
-  const double place = share * static_cast<double>(knots.size() - 1);
-  const std::size_t k = std::min(static_cast<std::size_t>(place), knots.size() - 2);
+  const double position = share * static_cast<double>(knots.size() - 1);
+  const std::size_t k = std::min(static_cast<std::size_t>(position), knots.size() - 2);
   Color color;
   for (std::size_t c = 0; c < 3; ++c)
     color[c] = static_cast<std::uint8_t>(
-        std::lround(knots[k][c] + (place - static_cast<double>(k)) * (knots[k + 1][c] - knots[k][c])));
+        std::lround(knots[k][c] + (position - static_cast<double>(k)) * (knots[k + 1][c] - knots[k][c])));
   return color;
 }
 

@@ -19,7 +19,7 @@ struct ErrorMap {
 /// Throws InvariantError as SurfaceDistance.
 ErrorMap error_map(const Mesh& mesh, const Mesh& reference, double range = 0, const RunContext& context = {});
 
-/// Mean distance of the points whose closest place lies on a face at the vertex; NaN where there are none. Otherwise as
+/// Mean distance of the points whose footpoint lies on a face at the vertex; NaN where there are none. Otherwise as
 /// above, unsigned.
 ErrorMap error_map(const Mesh& mesh, const PointCloud& cloud, double range = 0, const RunContext& context = {});
 

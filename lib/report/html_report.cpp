@@ -32,7 +32,7 @@ std::string count(std::size_t n) {
   return digits;
 }
 
-std::string place(const Vec3& p) {
+std::string position_text(const Vec3& p) {
   return "(" + number(p.x(), 7) + ", " + number(p.y(), 7) + ", " + number(p.z(), 7) + ")";
 }
 
@@ -104,7 +104,7 @@ std::string distance_table(const ErrorReport& r) {
     const Statistics& d = s.report->distance;
     const auto at = [&](double value) { return length(value, r.diagonal); };
     html += row({s.name + "<br><span class=\"note\">" + s.meaning + "</span>", at(d.rms), at(d.mean), at(d.median),
-                 at(d.p95), at(d.p99), at(d.max), place(s.report->max_at), count(d.count)});
+                 at(d.p95), at(d.p99), at(d.max), position_text(s.report->max_at), count(d.count)});
   }
   html += "</table>\n<p class=\"note\">Percentages are of the diagonal D = " + number(r.diagonal, 7) + ".</p>\n";
   return html;
@@ -268,7 +268,7 @@ std::string topology_section(const ErrorReport& r) {
           row({"reason", "edges", "length", "around"}, "th");
   for (std::size_t k = 0; k < std::min(shown, loops.size()); ++k)
     html += row({html_escaped(loops[k].reason), count(loops[k].edges), length(loops[k].length, r.diagonal),
-                 place(loops[k].center)});
+                 position_text(loops[k].center)});
   html += "</table>\n";
   if (loops.size() > shown) html += "<p class=\"note\">and " + count(loops.size() - shown) + " more.</p>\n";
   return html;
@@ -414,11 +414,12 @@ std::string bytes_of(const std::vector<std::uint32_t>& values, int width) {
 /// JSON for viewer.js; no character in it can end the script element it stands in.
 std::string view_data(const Shown& shown, const Box3& box, const View& view, const ErrorMap& map) {
   const double longest = std::max(box.diagonal().maxCoeff(), 1e-300);
-  std::vector<std::uint32_t> places, corners, errors;
+  std::vector<std::uint32_t> positions, corners, errors;
   for (const Vec3& p : shown.positions)
     for (Eigen::Index k = 0; k < 3; ++k) {
       const double side = box.diagonal()[k];
-      places.push_back(side > 0 ? static_cast<std::uint32_t>(std::lround((p[k] - box.min()[k]) / side * 65535)) : 0U);
+      positions.push_back(side > 0 ? static_cast<std::uint32_t>(std::lround((p[k] - box.min()[k]) / side * 65535))
+                                   : 0U);
     }
   for (const auto& t : shown.faces) corners.insert(corners.end(), t.begin(), t.end());
   for (const std::size_t e : shown.error_class) errors.push_back(static_cast<std::uint32_t>(e));
@@ -429,7 +430,7 @@ std::string view_data(const Shown& shown, const Box3& box, const View& view, con
   for (const Color& c : palette(map.is_signed, classes)) colors += "\"" + hex(c) + "\",";
   return "{\"box\":" + triple(box.diagonal() / longest) + ",\"view\":" + triple(view.from) +
          ",\"up\":" + triple(view.up) + ",\"palette\":[" + colors + "\"" + hex(no_error_color) +
-         "\"],\"positions\":\"" + base64(bytes_of(places, 2)) + "\",\"faces\":\"" + base64(bytes_of(corners, 4)) +
+         "\"],\"positions\":\"" + base64(bytes_of(positions, 2)) + "\",\"faces\":\"" + base64(bytes_of(corners, 4)) +
          "\",\"errors\":\"" + base64(bytes_of(errors, 1)) + "\"}";
 }
 

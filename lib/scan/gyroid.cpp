@@ -173,8 +173,8 @@ Mesh Gyroid::net(double cell) const {
           };
           const double from = value_at(i), to = value_at(j);
           if ((from < 0) == (to < 0)) return;
-          const auto place = [&](int k) { return grid(x + (k & 1), y + (k >> 1 & 1), z + (k >> 2)); };
-          sum += place(i) + from / (from - to) * (place(j) - place(i));
+          const auto node = [&](int k) { return grid(x + (k & 1), y + (k >> 1 & 1), z + (k >> 2)); };
+          sum += node(i) + from / (from - to) * (node(j) - node(i));
           ++crossings;
         };
         for (int corner = 0; corner < 8; ++corner)

@@ -255,10 +255,10 @@ VirtualScan virtual_scan(const ScanTarget& target, const ScanOptions& options, c
     const auto symmetric = [&](Stream stream) { return 2 * random_uniform(seed, stream, ray_counter(hit)) - 1; };
     double error = range_error(hit, view, noise, bias, options, seed);
     if (kind[i] == spike) error += largest_spike * symmetric(spike_length);
-    const Vec3 place = kind[i] == outlier
-                           ? Vec3(view.sensor + (options.distance + symmetric(outlier_place)) * radius * hit.direction)
+    const Vec3 position =
+        kind[i] == outlier ? Vec3(view.sensor + (options.distance + symmetric(outlier_place)) * radius * hit.direction)
                            : Vec3(hit.point + error * diagonal * hit.direction);
-    result.cloud.positions[i] = view.registered(place);
+    result.cloud.positions[i] = view.registered(position);
     result.cloud.normals[i] = view.rotation_error * hit.normal;
     result.cloud.sensors[i] = view.registered(view.sensor);
     result.surface[i] = hit.point;

@@ -55,7 +55,7 @@ struct ScanOptions {
             .in("degrees"),
         field<&O::outlier_share>(
             "outliers", "[0, 1]",
-            "share of the points that lie at a random place of the part of their ray that is about "
+            "share of the points that lie at a random position on the part of their ray that is about "
             "the surface"),
         field<&O::spike_share>("spikes", "[0, 1]",
                                "share of the points that are moved along their ray, by a random length of either sign"),

@@ -70,20 +70,20 @@ void pull_samples_back(benchmark::State& state) {
 }
 BENCHMARK(pull_samples_back)->Unit(benchmark::kMillisecond);
 
-/// Positions, all derivatives and normals at ten places of every face, of which most are irregular on this mesh.
+/// Positions, all derivatives and normals at ten parameters of every face, of which most are irregular on this mesh.
 void evaluate_anywhere(benchmark::State& state) {
   static const CovMesh control = infer_covariances(irregular_sphere(1, 5000)).mesh;
   const RunContext context = with_threads(static_cast<int>(state.range(0)));
   const SurfaceEvaluator surface(control);
   Random random(1);
-  std::vector<SurfaceParameter> places;
+  std::vector<SurfaceParameter> parameters;
   for (Index patch = 0; patch < surface.patch_count(); ++patch)
     for (int i = 0; i < 10; ++i) {
       const double u = random.uniform();
-      places.push_back({patch, u, (1 - u) * random.uniform()});
+      parameters.push_back({patch, u, (1 - u) * random.uniform()});
     }
-  for (auto _ : state) benchmark::DoNotOptimize(surface.evaluate(places, context).data());
-  set_rate(state, places.size());
+  for (auto _ : state) benchmark::DoNotOptimize(surface.evaluate(parameters, context).data());
+  set_rate(state, parameters.size());
 }
 BENCHMARK(evaluate_anywhere)->ArgName("threads")->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
 

@@ -1,8 +1,8 @@
 // How far the surface of a covariance mesh is from the density ridge of its Gaussians:
 //   ridge_of_covmesh COVMESH SAMPLES OUT
 // Draws SAMPLES points uniformly by area on the surface at level 3, moves them to the ridge, writes both to OUT
-// (points, one row per sample: the place it came to, as scalars surface_x ... the place on the surface, and whether it
-// arrived), and prints the distances as JSON, relative to the diagonal of the surface.
+// (points, one row per sample: the point it came to, as scalars surface_x ... its footpoint on the surface, and whether
+// it arrived), and prints the distances as JSON, relative to the diagonal of the surface.
 
 #include <gpsrecon/core/bounding_box.h>
 #include <gpsrecon/gps/subdivide.h>

@@ -26,13 +26,13 @@ using namespace test;
 
 /// Points of the limit surface on a regular grid of every patch, far denser than the samples of the refinement.
 std::vector<Vec3> dense_samples(const SurfaceEvaluator& surface, bool triangular, int parts) {
-  std::vector<SurfaceParameter> places;
+  std::vector<SurfaceParameter> parameters;
   for (Index patch = 0; patch < surface.patch_count(); ++patch)
     for (int i = 0; i <= parts; ++i)
       for (int j = 0; j <= (triangular ? parts - i : parts); ++j)
-        places.push_back({patch, static_cast<double>(i) / parts, static_cast<double>(j) / parts});
+        parameters.push_back({patch, static_cast<double>(i) / parts, static_cast<double>(j) / parts});
   std::vector<Vec3> points;
-  for (const SurfacePoint& p : surface.evaluate(places)) points.push_back(p.position);
+  for (const SurfacePoint& p : surface.evaluate(parameters)) points.push_back(p.position);
   return points;
 }
 
@@ -119,9 +119,9 @@ TEST_P(Adaptive, StaysWithinTheToleranceAndFitsTogether) {
     EXPECT_EQ(after.unused_vertices, before.unused_vertices);
     EXPECT_GT(after.vertices, coarser);
     coarser = after.vertices;
-    // Every vertex is the point of the surface at its place.
-    for (std::size_t v = 0; v < t.places.size(); ++v)
-      ASSERT_LT((surface.evaluate(t.places[v]).position - t.positions[v]).norm(), 1e-14);
+    // Every vertex is the point of the surface at its parameter.
+    for (std::size_t v = 0; v < t.parameters.size(); ++v)
+      ASSERT_LT((surface.evaluate(t.parameters[v]).position - t.positions[v]).norm(), 1e-14);
     // And the triangles do not reach beyond the surface. (With sharp edges the samples are too far apart to tell.)
     if (relative == 1e-2 && GetParam().name != "sharp") {
       EXPECT_LE(largest_deviation_of_triangles(t, dense), 2 * tolerance);
@@ -150,7 +150,7 @@ TEST(Adaptive, LeavesFlatPlacesCoarse) {
   const SurfaceEvaluator surface(control);
   const Tessellation t = tessellate(surface, control, 1e-3, 11);
   std::size_t inside = 0;
-  for (std::size_t v = flat.positions.size(); v < t.places.size(); ++v) {
+  for (std::size_t v = flat.positions.size(); v < t.parameters.size(); ++v) {
     const Vec3& p = t.positions[v];
     if (p.x() > 1 && p.x() < 5 && p.y() > 1 && p.y() < 4) ++inside;
   }

@@ -13,7 +13,7 @@
 #include "support/covmeshes.h"
 
 // Refinement by Catmull and Clark's scheme. It is compared with OpenSubdiv in opensubdiv_test.cpp, evaluated at
-// arbitrary places in opensubdiv_evaluate_test.cpp.
+// arbitrary parameters in opensubdiv_evaluate_test.cpp.
 
 namespace gpsrecon::test {
 
@@ -211,11 +211,11 @@ TEST(CatmullClark, SamplesAreTheSurfaceAtTheirParameters) {
       for (const int levels : {1, 3}) {
         const LimitSurface surface(mesh.faces, mesh.positions.size(), levels, rules);
         const SurfaceSamples samples = surface.evaluate(control.vertices);
-        const auto places =
+        const auto parameters =
             refined_parameters(mesh.faces, surface.faces(), surface.sample_count(), levels, Scheme::catmull_clark);
-        for (std::size_t s = 0; s < places.size(); ++s) {
-          if (places[s].patch == no_index) continue;  // no face uses it
-          const SurfacePoint p = evaluator.evaluate(places[s]);
+        for (std::size_t s = 0; s < parameters.size(); ++s) {
+          if (parameters[s].patch == no_index) continue;  // no face uses it
+          const SurfacePoint p = evaluator.evaluate(parameters[s]);
           EXPECT_LT((samples.positions[s] - p.position).norm(), 1e-12);
           if (p.normal.isZero(0)) continue;
           EXPECT_LT((samples.normals[s] - p.normal).norm(), 1e-9);

@@ -55,11 +55,11 @@ class Evaluation : public testing::TestWithParam<Shape> {
   CovMesh control(std::uint64_t seed = 1, double low = 0.05, double high = 0.5) const {
     return with_rules(with_random_covariances(mesh(), seed, low, high), rules());
   }
-  SurfaceParameter random_place(const SurfaceEvaluator& surface, Random& random) const {
-    SurfaceParameter place{static_cast<Index>(random.below(surface.patch_count())), random.uniform(0, 1),
-                           random.uniform(0, 1)};
-    if (triangular() && place.u + place.v > 1) place.u = 1 - place.u, place.v = 1 - place.v;
-    return place;
+  SurfaceParameter random_parameter(const SurfaceEvaluator& surface, Random& random) const {
+    SurfaceParameter parameter{static_cast<Index>(random.below(surface.patch_count())), random.uniform(0, 1),
+                               random.uniform(0, 1)};
+    if (triangular() && parameter.u + parameter.v > 1) parameter.u = 1 - parameter.u, parameter.v = 1 - parameter.v;
+    return parameter;
   }
 };
 
@@ -72,12 +72,12 @@ TEST_P(Evaluation, AgreesWithLimitMasksOfEveryLevel) {
     // The masks at the vertices of other than quadrilaterals are known after one step.
     if (levels == 0 && !triangular() && !mesh().faces.all_of_size(4)) continue;
     const Mesh refined = by_masks(covmesh, levels);
-    const std::vector<SurfaceParameter> places =
+    const std::vector<SurfaceParameter> parameters =
         refined_parameters(covmesh.faces, refined.faces, refined.positions.size(), levels, rules().scheme);
     double largest = 0, largest_turn = 0;
-    for (std::size_t v = 0; v < places.size(); ++v) {
-      if (places[v].patch == no_index) continue;
-      const SurfacePoint p = surface.evaluate(places[v]);
+    for (std::size_t v = 0; v < parameters.size(); ++v) {
+      if (parameters[v].patch == no_index) continue;
+      const SurfacePoint p = surface.evaluate(parameters[v]);
       largest = std::max(largest, (p.position - refined.positions[v]).norm());
       // Nearly parallel tangents leave the normal fewer digits; vertices of two faces have no tangent plane at all.
       if (!GetParam().name.ends_with("pillow") && p.u.cross(p.v).norm() > 1e-4 * p.u.norm() * p.v.norm())
@@ -93,7 +93,7 @@ TEST_P(Evaluation, DerivativesAreThoseOfCentralDifferences) {
   Random random(9);
   int tried = 0;
   for (int trial = 0; trial < 200; ++trial) {
-    const SurfaceParameter p = random_place(surface, random);
+    const SurfaceParameter p = random_parameter(surface, random);
     const double distance = std::min({p.u + p.v, 1 - p.u + p.v, p.u + 1 - p.v, 2 - p.u - p.v}), h = 2e-4 * distance;
     // Across the seams between polynomials the third derivative jumps.
     const auto near_seam = [&](double x) {
@@ -123,14 +123,14 @@ TEST_P(Evaluation, DerivativesAreThoseOfCentralDifferences) {
   EXPECT_GT(tried, 100);
 }
 
-// Parameter and place of the twin of a point of an edge, in the other face.
+// A point of an edge: its parameters in the two faces.
 TEST_P(Evaluation, MeetsAcrossEdges) {
   if (!triangular() && !mesh().faces.all_of_size(4)) GTEST_SKIP() << "edges of polygons are halves of two patches";
   if (GetParam().name.ends_with("pillow")) GTEST_SKIP() << "two sheets fold at their edges";
   const SurfaceEvaluator surface(control());
   const Connectivity edges = manifold_connectivity(mesh().faces, mesh().positions.size());
   const int n = triangular() ? 3 : 4;
-  const auto place = [&](Index h, double t) -> SurfaceParameter {
+  const auto parameter = [&](Index h, double t) -> SurfaceParameter {
     const double x[] = {0, 1, 1, 0}, y[] = {0, 0, 1, 1}, p[] = {0, 1, 0}, q[] = {0, 0, 1};
     const int i = static_cast<int>(h) % n, j = (i + 1) % n;
     const double* u = triangular() ? p : x;
@@ -141,7 +141,7 @@ TEST_P(Evaluation, MeetsAcrossEdges) {
     const Index other = edges.opposite[h];
     if (other == no_index || other < h) continue;
     for (const double t : {0.0625, 0.25, 0.3, 0.5, 0.7, 0.9375}) {
-      const SurfacePoint a = surface.evaluate(place(h, t)), b = surface.evaluate(place(other, 1 - t));
+      const SurfacePoint a = surface.evaluate(parameter(h, t)), b = surface.evaluate(parameter(other, 1 - t));
       EXPECT_LT((a.position - b.position).norm(), 1e-14);
       if (a.u.cross(a.v).norm() < 1e-3 * a.u.norm() * a.v.norm()) continue;
       EXPECT_LT((a.normal - b.normal).norm(), 1e-11);
@@ -157,15 +157,15 @@ TEST_P(Evaluation, MeetsAcrossEdges) {
 TEST_P(Evaluation, IsFiniteAndFlaggedAtIrregularVertices) {
   const SurfaceEvaluator surface(control());
   for (Index patch = 0; patch < surface.patch_count(); ++patch) {
-    std::vector<SurfaceParameter> places;
+    std::vector<SurfaceParameter> parameters;
     for (const double distance : {0.0, 1e-300, 0x1p-60, 0x1p-51, 0x1p-49, 0x1p-30, 0x1p-10})
       for (const auto& [u, v] : {std::pair{distance, 0.0}, {0.0, distance}, {distance, distance}})
-        places.push_back({patch, u, v});
-    places.push_back({patch, 1, 0});
-    places.push_back({patch, 0, 1});
-    const std::vector<SurfacePoint> points = surface.evaluate(places);
-    const std::vector<Curvature> curvatures = surface.curvatures(places);
-    for (std::size_t i = 0; i < places.size(); ++i) {
+        parameters.push_back({patch, u, v});
+    parameters.push_back({patch, 1, 0});
+    parameters.push_back({patch, 0, 1});
+    const std::vector<SurfacePoint> points = surface.evaluate(parameters);
+    const std::vector<Curvature> curvatures = surface.curvatures(parameters);
+    for (std::size_t i = 0; i < parameters.size(); ++i) {
       const SurfacePoint& p = points[i];
       EXPECT_TRUE((p.position + p.u + p.v + p.uu + p.uv + p.vv + p.normal).allFinite());
       const Curvature& c = curvatures[i];
@@ -174,7 +174,7 @@ TEST_P(Evaluation, IsFiniteAndFlaggedAtIrregularVertices) {
       if (p.extraordinary) {
         EXPECT_FALSE(c.exact);
       }
-      // The first 15 places approach the vertex.
+      // The first 15 parameters approach the vertex.
       if (i < 15) {
         EXPECT_LT((p.position - points[0].position).norm(), 1e-5);
       }
@@ -195,10 +195,9 @@ TEST_P(Evaluation, FollowsAffineMaps) {
     after.vertices.covariances[v] = congruence(map, before.vertices.covariances[v]);
   }
   const SurfaceEvaluator first(before), second(after);
-  Random places(13);
   for (int i = 0; i < 50; ++i) {
-    const SurfaceParameter place = random_place(first, places);
-    const SurfacePoint p = first.evaluate(place), q = second.evaluate(place);
+    const SurfaceParameter parameter = random_parameter(first, random);
+    const SurfacePoint p = first.evaluate(parameter), q = second.evaluate(parameter);
     EXPECT_LT((map * p.position + shift - q.position).norm(), 1e-12);
     EXPECT_LT((map * p.u - q.u).norm(), 1e-11 * (1 + p.u.norm()));
     EXPECT_LT((map * p.uv - q.uv).norm(), 1e-10 * (1 + p.uv.norm()));
@@ -210,10 +209,10 @@ TEST_P(Evaluation, IgnoresAGlobalFactorOfCovariances) {
   CovMesh before = control(), after = before;
   for (Sym3& c : after.vertices.covariances) c *= 1e-7;
   const SurfaceEvaluator first(before), second(after);
-  Random places(14);
+  Random random(14);
   for (int i = 0; i < 50; ++i) {
-    const SurfaceParameter place = random_place(first, places);
-    const SurfacePoint p = first.evaluate(place), q = second.evaluate(place);
+    const SurfaceParameter parameter = random_parameter(first, random);
+    const SurfacePoint p = first.evaluate(parameter), q = second.evaluate(parameter);
     EXPECT_LT((p.position - q.position).norm(), 1e-13);
     EXPECT_LT((p.uu - q.uu).norm(), 1e-11 * (1 + p.uu.norm()));
     EXPECT_LT((p.covariance.matrix() * 1e-7 - q.covariance.matrix()).norm(), 1e-13 * q.covariance.trace());
@@ -223,10 +222,10 @@ TEST_P(Evaluation, IgnoresAGlobalFactorOfCovariances) {
 TEST_P(Evaluation, IsFiniteForNeedlesAndDiscs) {
   // The most that covariance meshes may hold.
   const SurfaceEvaluator surface(control(21, 1.001e-12, 1));
-  Random places(15);
+  Random random(15);
   for (int i = 0; i < 100; ++i) {
-    const SurfaceParameter place = random_place(surface, places);
-    const SurfacePoint p = surface.evaluate(place);
+    const SurfaceParameter parameter = random_parameter(surface, random);
+    const SurfacePoint p = surface.evaluate(parameter);
     EXPECT_TRUE((p.position + p.u + p.v + p.uu + p.uv + p.vv + p.normal).allFinite());
     const Curvature c = curvature(p);
     EXPECT_TRUE(std::isfinite(c.k1 + c.k2 + c.mean + c.gaussian));
@@ -237,18 +236,18 @@ INSTANTIATE_TEST_SUITE_P(Shapes, Evaluation, testing::ValuesIn(all_shapes()), na
 
 TEST(SurfaceEvaluator, DoesNotDependOnThreads) {
   const CovMesh control = with_random_covariances(with_holes(irregular_sphere(8), 11), 3, 0.05, 0.5);
-  std::vector<SurfaceParameter> places;
+  std::vector<SurfaceParameter> parameters;
   Random random(3);
   for (int i = 0; i < 5000; ++i)
-    places.push_back({static_cast<Index>(random.below(control.faces.size())), 0.5 * random.uniform(0, 1),
-                      0.5 * random.uniform(0, 1)});
+    parameters.push_back({static_cast<Index>(random.below(control.faces.size())), 0.5 * random.uniform(0, 1),
+                          0.5 * random.uniform(0, 1)});
   RunContext one, four;
   one.threads = 1;
   four.threads = 4;
   const SurfaceEvaluator a(control, one), b(control, four);
-  const std::vector<SurfacePoint> p = a.evaluate(places, one), q = b.evaluate(places, four);
-  const std::vector<Curvature> k = a.curvatures(places, one), l = b.curvatures(places, four);
-  for (std::size_t i = 0; i < places.size(); ++i) {
+  const std::vector<SurfacePoint> p = a.evaluate(parameters, one), q = b.evaluate(parameters, four);
+  const std::vector<Curvature> k = a.curvatures(parameters, one), l = b.curvatures(parameters, four);
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
     ASSERT_EQ(p[i].position, q[i].position);
     ASSERT_EQ(p[i].vv, q[i].vv);
     ASSERT_EQ(k[i].k1, l[i].k1);
@@ -302,13 +301,13 @@ TEST(Curvature, OfKnownDerivatives) {
 template <class Exact>
 std::array<double, 2> curvature_errors(const Mesh& mesh, const SurfaceRules& rules, const Exact& exact) {
   const SurfaceEvaluator surface(with_rules(infer_covariances(mesh).mesh, rules));
-  std::vector<SurfaceParameter> places;
+  std::vector<SurfaceParameter> parameters;
   const double third = rules.scheme == Scheme::loop ? 1.0 / 3 : 0.5;
-  for (Index f = 0; f < surface.patch_count(); ++f) places.push_back({f, third, third});
-  const std::vector<SurfacePoint> points = surface.evaluate(places);
-  const std::vector<Curvature> curvatures = surface.curvatures(places);
+  for (Index f = 0; f < surface.patch_count(); ++f) parameters.push_back({f, third, third});
+  const std::vector<SurfacePoint> points = surface.evaluate(parameters);
+  const std::vector<Curvature> curvatures = surface.curvatures(parameters);
   std::array<double, 2> worst{0, 0};
-  for (std::size_t i = 0; i < places.size(); ++i) {
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
     const std::array<double, 2> k = exact(points[i].position);
     worst[0] = std::max(worst[0], std::abs(curvatures[i].k1 - k[0]));
     worst[1] = std::max(worst[1], std::abs(curvatures[i].k2 - k[1]));

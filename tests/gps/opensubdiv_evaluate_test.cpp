@@ -26,16 +26,16 @@ constexpr int isolation = 10;
 void expect_agreement(const Mesh& mesh, const SurfaceRules& rules, std::size_t patches = 1000) {
   const SurfaceEvaluator ours(with_rules(with_equal_covariances(mesh, Sym3::identity()), rules));
   // No closer to a corner than 1/32.
-  const std::vector<std::array<double, 2>> parameters{{0.03125, 0.03125}, {0.25, 0.25},    {0.375, 0.0625},
-                                                      {0.0625, 0.84375},  {0.5625, 0.375}, {0.90625, 0.03125}};
+  const std::vector<std::array<double, 2>> in_patch{{0.03125, 0.03125}, {0.25, 0.25},    {0.375, 0.0625},
+                                                    {0.0625, 0.84375},  {0.5625, 0.375}, {0.90625, 0.03125}};
   std::vector<double> s, t;
-  for (const auto& p : parameters) {
+  for (const auto& p : in_patch) {
     s.push_back(p[0]);
     t.push_back(p[1]);
   }
   using Factory = Far::LimitStencilTableFactoryReal<double>;
   Factory::LocationArrayVec locations;
-  std::vector<SurfaceParameter> places;
+  std::vector<SurfaceParameter> parameters;
   const std::size_t step = std::max<std::size_t>(1, ours.patch_count() / patches);
   for (std::size_t patch = 0; patch < ours.patch_count(); patch += step) {
     Factory::LocationArray at;
@@ -44,7 +44,7 @@ void expect_agreement(const Mesh& mesh, const SurfaceRules& rules, std::size_t p
     at.s = s.data();
     at.t = t.data();
     locations.push_back(at);
-    for (std::size_t i = 0; i < s.size(); ++i) places.push_back({static_cast<Index>(patch), s[i], t[i]});
+    for (std::size_t i = 0; i < s.size(); ++i) parameters.push_back({static_cast<Index>(patch), s[i], t[i]});
   }
   const std::unique_ptr<Far::TopologyRefiner> refiner = osd_refiner(mesh, rules);
   Far::TopologyRefiner::AdaptiveOptions adaptive(isolation);
@@ -54,15 +54,15 @@ void expect_agreement(const Mesh& mesh, const SurfaceRules& rules, std::size_t p
   stencils.generate1stDerivatives = stencils.generate2ndDerivatives = true;
   const std::unique_ptr<const Far::LimitStencilTableReal<double>> table(
       Factory::Create(*refiner, locations, nullptr, nullptr, stencils));
-  ASSERT_EQ(static_cast<std::size_t>(table->GetNumStencils()), places.size());
+  ASSERT_EQ(static_cast<std::size_t>(table->GetNumStencils()), parameters.size());
 
   const std::vector<OsdPoint> control = osd_points(mesh);
-  const std::size_t n = places.size();
+  const std::size_t n = parameters.size();
   std::vector<OsdPoint> p(n), u(n), v(n), uu(n), uv(n), vv(n);
   table->UpdateValues(control, p);
   table->UpdateDerivs(control, u, v);
   table->Update2ndDerivs(control, uu, uv, vv);
-  const std::vector<SurfacePoint> points = ours.evaluate(places);
+  const std::vector<SurfacePoint> points = ours.evaluate(parameters);
   // On the patches of faces of other than four corners, OpenSubdiv derives by parameters of twice the size. On
   // triangles that are upside down in their patch the second derivatives of OpenSubdiv 3.5.0 have the sign of the
   // first, which contradicts these. (Central differences of first derivatives, in another test, decide for ours.)
@@ -71,14 +71,15 @@ void expect_agreement(const Mesh& mesh, const SurfaceRules& rules, std::size_t p
     for (std::size_t f = 0; f < mesh.faces.size(); ++f)
       if (mesh.faces[f].size() != 4)
         for (std::size_t i = 0; i < n; ++i)
-          if (places[i].patch >= ours.first_patch(f) && places[i].patch < ours.first_patch(f) + ours.patches_of(f))
+          if (parameters[i].patch >= ours.first_patch(f) &&
+              parameters[i].patch < ours.first_patch(f) + ours.patches_of(f))
             factors[i] = 0.25;  // of the second
   } else {
     for (std::size_t i = 0; i < n; ++i)
       if (points[i].uu.dot(uu[i].p) + points[i].uv.dot(uv[i].p) + points[i].vv.dot(vv[i].p) < 0) factors[i] = -1;
   }
   // The weights of both, vertex by vertex.
-  const JetTable weights = ours.weights(places);
+  const JetTable weights = ours.weights(parameters);
   std::array<double, 6> largest{}, errors{};
   for (std::size_t i = 0; i < n; ++i) {
     const auto theirs = table->GetLimitStencil(static_cast<Far::Index>(i));

@@ -52,29 +52,29 @@ class BasisFunctions : public testing::TestWithParam<Shape> {
   PatchTable table() const { return PatchTable(mesh().faces, mesh().positions.size(), rules()); }
   CovMesh control() const { return with_rules(with_random_covariances(mesh(), 1, 0.05, 0.5), rules()); }
 
-  /// Places of every patch: inside, on edges, close to its first corner and at it.
-  std::vector<SurfaceParameter> places(const PatchTable& of) const {
+  /// Parameters of every patch: inside, on edges, close to its first corner and at it.
+  std::vector<SurfaceParameter> parameters(const PatchTable& of) const {
     Random random(7);
-    std::vector<SurfaceParameter> places;
+    std::vector<SurfaceParameter> parameters;
     for (Index patch = 0; patch < of.patch_count(); ++patch) {
       for (int i = 0; i < 4; ++i) {
         SurfaceParameter p{patch, random.uniform(0, 1), random.uniform(0, 1)};
         if (of.triangular() && p.u + p.v > 1) p.u = 1 - p.u, p.v = 1 - p.v;
-        places.push_back(p);
+        parameters.push_back(p);
       }
-      places.push_back({patch, 0, 0});
-      places.push_back({patch, 1, 0});
-      places.push_back({patch, 0.3, 0});
-      places.push_back({patch, 0x1p-12, 0x1p-13});
-      places.push_back({patch, 0, 0x1p-41});
+      parameters.push_back({patch, 0, 0});
+      parameters.push_back({patch, 1, 0});
+      parameters.push_back({patch, 0.3, 0});
+      parameters.push_back({patch, 0x1p-12, 0x1p-13});
+      parameters.push_back({patch, 0, 0x1p-41});
     }
-    return places;
+    return parameters;
   }
 };
 
 TEST_P(BasisFunctions, SumToOneAndTheirDerivativesToZero) {
   const PatchTable basis = table();
-  const std::vector<SurfaceParameter> at = places(basis);
+  const std::vector<SurfaceParameter> at = parameters(basis);
   const JetTable weights = basis.weights(at);
   ASSERT_EQ(weights.rows(), at.size());
   ASSERT_EQ(weights.columns, mesh().positions.size());
@@ -101,7 +101,7 @@ TEST_P(BasisFunctions, SumToOneAndTheirDerivativesToZero) {
 TEST_P(BasisFunctions, GiveTheSurfaceThroughTheGaussianProduct) {
   const CovMesh covmesh = control();
   const SurfaceEvaluator surface(covmesh);
-  const std::vector<SurfaceParameter> at = places(table());
+  const std::vector<SurfaceParameter> at = parameters(table());
   const JetTable weights = surface.weights(at);
   std::vector<DualPoint> dual;
   for (std::size_t v = 0; v < covmesh.vertices.size(); ++v) dual.push_back(to_dual(covmesh.vertices.component(v)));
@@ -187,7 +187,7 @@ Matrix forward(const StencilTable& transposed, std::size_t rows) {
 }
 
 // What the steps do with the differences of the points from the vertex, in long double, and forwards instead of
-// transposed. Places at (3/4, 1/8), (1/8, 3/4) and (3/8, 3/8) times 2^-d.
+// transposed. Parameters (3/4, 1/8), (1/8, 3/4) and (3/8, 3/8) times 2^-d.
 TEST_P(BasisFunctions, KeepTheirDigitsAtAnyDepth) {
   const PatchTable basis = table();
   std::vector<bool> tried(basis.kinds().size(), false);
@@ -325,22 +325,22 @@ INSTANTIATE_TEST_SUITE_P(Shapes, BasisFunctions, testing::ValuesIn(shapes_and_va
 TEST(PatchTable, DoesNotDependOnThreads) {
   const Mesh mesh = with_holes(irregular_sphere(8), 11);
   const PatchTable table(mesh.faces, mesh.positions.size());
-  std::vector<SurfaceParameter> places;
+  std::vector<SurfaceParameter> parameters;
   Random random(3);
   for (int i = 0; i < 3000; ++i)
-    places.push_back({static_cast<Index>(random.below(table.patch_count())), 0.5 * random.uniform(0, 1),
-                      0.5 * random.uniform(0, 1)});
+    parameters.push_back({static_cast<Index>(random.below(table.patch_count())), 0.5 * random.uniform(0, 1),
+                          0.5 * random.uniform(0, 1)});
   RunContext one, four;
   one.threads = 1;
   four.threads = 4;
-  const JetTable a = table.weights(places, one), b = table.weights(places, four);
+  const JetTable a = table.weights(parameters, one), b = table.weights(parameters, four);
   EXPECT_EQ(a.indices, b.indices);
   EXPECT_EQ(a.offsets, b.offsets);
   EXPECT_EQ(a.masks, b.masks);
   for (std::size_t i = 0; i < a.weights.size(); ++i) ASSERT_EQ(parts(a.weights[i]), parts(b.weights[i]));
 }
 
-TEST(PatchTable, RefusesPlacesOffTheSurfaceAndOtherFaces) {
+TEST(PatchTable, RefusesParametersOffTheSurfaceAndOtherFaces) {
   const Mesh mesh = octahedron();
   const PatchTable table(mesh.faces, mesh.positions.size());
   const SurfaceParameter outside{0, 0.6, 0.6}, beyond{8, 0, 0};
@@ -362,17 +362,17 @@ TEST(PatchTable, AssemblesMassAndStiffness) {
       w{0.347854845137453857, 0.652145154862546143, 0.652145154862546143, 0.347854845137453857};
   const Index a = (n / 2) * (n + 1) + n / 2, b = a + 1;
   std::array<double, 2> mass{}, stiffness{};
-  std::vector<SurfaceParameter> places;
+  std::vector<SurfaceParameter> parameters;
   std::vector<double> factors;
   for (Index f = 0; f < table.patch_count(); ++f)
     for (std::size_t i = 0; i < 4; ++i)
       for (std::size_t j = 0; j < 4; ++j) {
         // Seams of leaves run through the middle of the patch, but the polynomials on both sides are the same.
-        places.push_back({f, 0.5 + 0.5 * x[i], 0.5 + 0.5 * x[j]});
+        parameters.push_back({f, 0.5 + 0.5 * x[i], 0.5 + 0.5 * x[j]});
         factors.push_back(0.25 * w[i] * w[j]);
       }
-  const JetTable weights = table.weights(places);
-  for (std::size_t p = 0; p < places.size(); ++p) {
+  const JetTable weights = table.weights(parameters);
+  for (std::size_t p = 0; p < parameters.size(); ++p) {
     const Row<JetWeight> row = weights.row(p);
     const auto of = [&](Index vertex) {
       const auto at = std::find(row.indices.begin(), row.indices.end(), vertex);
