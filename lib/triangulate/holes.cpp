@@ -202,12 +202,13 @@ Mending mend(CovMesh& mesh, const Connectivity& connectivity, std::vector<Index>
       result.handles += patcher.cut(loop, supported, append) ? 1 : 0;
   }
 
+  std::vector<Index> filling;  // vertices made for that
   const auto fill = [&](const Loop& loop) {
     const bool asked =
         options.holes.policy == HolePolicy::all || (options.holes.policy == HolePolicy::fill && loop.length <= longest);
     if (loop.rim && !asked) return std::optional(LoopReason::rim);
     if (options.holes.policy == HolePolicy::keep) return std::optional(LoopReason::kept);
-    const std::size_t vertices_before = mesh.vertices.size();
+    const auto vertices_before = static_cast<Index>(mesh.vertices.size());
     switch (patcher.close(
         loop.vertices, [&](const HolePatch& p) { return asked || supported(p); }, append)) {
       case HolePatcher::Outcome::closed:
@@ -223,13 +224,17 @@ Mending mend(CovMesh& mesh, const Connectivity& connectivity, std::vector<Index>
     }
     ++result.filled;
     result.rims += loop.rim ? 1 : 0;
-    result.new_vertices += mesh.vertices.size() - vertices_before;
+    for (Index v = vertices_before; v < mesh.vertices.size(); ++v) filling.push_back(v);
     return std::optional<LoopReason>();
   };
   for (const Loop& loop : loops)
     if (const auto reason = fill(loop))
       for (const Index v : loop.vertices) result.reason[v] = *reason;
   mesh.faces = patcher.faces();
+  // A patch may have gone again to make room for another.
+  std::vector<char> used(mesh.vertices.size(), 0);
+  for (const Index v : mesh.faces.corners) used[v] = 1;
+  for (const Index v : filling) result.new_vertices += used[v] != 0 ? 1 : 0;
   result.reason.resize(mesh.vertices.size(), LoopReason::kept);
   return result;
 }

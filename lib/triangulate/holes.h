@@ -12,7 +12,7 @@ struct Mending {
   std::size_t handles = 0;         ///< small handles removed
   std::size_t filled = 0;          ///< loops closed
   std::size_t rims = 0;            ///< of these, outer rims of open sheets
-  std::size_t new_vertices = 0;    ///< appended to the mesh
+  std::size_t new_vertices = 0;    ///< made for them that faces use
   std::vector<LoopReason> reason;  ///< per vertex of the mesh; of the loop it is on, where it is still on one
 };
 

@@ -44,6 +44,23 @@ std::vector<Index> compact(Mixture& vertices, std::vector<Index>& component_of_v
   return kept;
 }
 
+/// Counts the copies of Gaussians, and gives the copies of each all its weight, also where some of them were in regions
+/// that were replaced since. Those of `before` that have no vertex any more are left over.
+void count_copies(Triangulation& result, const Mixture& mixture, const std::vector<Index>& before) {
+  std::vector<std::size_t> copies(mixture.size(), 0);
+  for (const Index s : result.component_of_vertex)
+    if (s != no_index && ++copies[s] > 1) ++result.split_vertices;
+  for (Index v = 0; v < result.mesh.vertices.size(); ++v)
+    if (const Index s = result.component_of_vertex[v]; s != no_index)
+      result.mesh.vertices.weights[v] = mixture.weights[s] / static_cast<double>(copies[s]);
+  for (const Index s : before) {
+    if (copies[s] > 0) continue;
+    copies[s] = 1;  // once
+    ++result.leftover_components;
+    result.leftover_weight += mixture.weights[s];
+  }
+}
+
 }  // namespace
 
 std::string_view name_of(LoopReason reason) {
@@ -147,9 +164,10 @@ Triangulation triangulate(const Mixture& mixture, const TriangulateOptions& opti
   mesh.vertices = mixture;
   result.component_of_vertex.resize(mixture.size());
   for (Index v = 0; v < mixture.size(); ++v) result.component_of_vertex[v] = v;
-  result.split_vertices = split_vertices(mesh.vertices, result.component_of_vertex, mesh.faces, connectivity);
+  split_vertices(mesh.vertices, result.component_of_vertex, mesh.faces, connectivity);
   compact(mesh.vertices, result.component_of_vertex, mesh.faces);
   connectivity = over_vertices(std::move(connectivity), mesh.faces.corners, mesh.vertices.size());
+  const std::vector<Index> before = result.component_of_vertex;
   const Mending mending = mend(mesh, connectivity, result.component_of_vertex, mixture, options, context);
   result.untangled = mending.untangled;
   result.removed_handles = mending.handles;
@@ -158,19 +176,8 @@ Triangulation triangulate(const Mixture& mixture, const TriangulateOptions& opti
   result.filled_vertices = mending.new_vertices;
   if (mending.rims > 0)
     context.warn(std::to_string(mending.rims) + " outer rims of open sheets were capped: there are no points there");
-  // Gaussians of regions that were replaced are left over, too, unless a copy of them is still in use.
-  std::vector<char> used(mesh.vertices.size(), 0), component_used(mixture.size(), 0);
-  for (const Index v : mesh.faces.corners) used[v] = 1;
-  for (Index v = 0; v < mesh.vertices.size(); ++v)
-    if (const Index s = result.component_of_vertex[v]; used[v] && s != no_index) component_used[s] = 1;
-  for (Index v = 0; v < mesh.vertices.size(); ++v) {
-    const Index s = result.component_of_vertex[v];
-    if (used[v] || s == no_index) continue;
-    if (!component_used[s]) ++result.leftover_components;
-    component_used[s] = 1;
-    result.leftover_weight += mesh.vertices.weights[v];
-  }
   const std::vector<Index> kept = compact(mesh.vertices, result.component_of_vertex, mesh.faces);
+  count_copies(result, mixture, before);
   std::optional<Vec3> sensor;
   if (options.sensor) sensor = mixture.frame.to_local(*options.sensor);
   result.connectivity = build_connectivity(mesh.faces, mesh.vertices.size());

@@ -102,14 +102,14 @@ struct TriangulationStatistics {
   double leftover_weight = 0;           ///< their weight, in points
   std::size_t dropped_components = 0;   ///< connected components of faces below min_component_share
   double dropped_component_weight = 0;  ///< their weight, in points
-  std::size_t split_vertices = 0;       ///< copies made to part fans that touch in a vertex
+  std::size_t split_vertices = 0;       ///< copies in the mesh, made to part fans that touch in a vertex
   std::size_t flipped_edges = 0;        ///< interior edges flipped for a better grade
   std::size_t closed_pinholes = 0;      ///< boundary loops closed because the mixture bridges them
   std::size_t removed_handles = 0;      ///< handles too small for the mixture to tell from none
   std::size_t untangled = 0;            ///< regions where the surface intersected itself that were replaced
   std::size_t filled_holes = 0;         ///< boundary loops closed as `holes` asks
   std::size_t filled_rims = 0;          ///< of these, outer rims of open sheets
-  std::size_t filled_vertices = 0;      ///< vertices made for that
+  std::size_t filled_vertices = 0;      ///< vertices in the mesh, made for that
   std::size_t flipped_components = 0;   ///< connected components turned over to face outward or the sensor
 
   /// Calls count(name, value) for each, in the order of reports.

@@ -56,16 +56,15 @@ void expect_sound(const Mixture& mixture, const Triangulation& result) {
   for (const Index s : result.component_of_vertex) made += s == no_index ? 1 : 0;
   EXPECT_GE(made, result.filled_vertices);
   EXPECT_EQ(result.loop_reasons.size(), t.boundary_loops);
-  EXPECT_LE(mesh.vertices.size() - made - copies.size(), result.split_vertices);
+  EXPECT_EQ(mesh.vertices.size() - made - copies.size(), result.split_vertices);
   const std::size_t unused = result.light_components + result.leftover_components;
   EXPECT_LE(copies.size() + unused, mixture.size());
-  if (result.dropped_components == 0 && result.untangled == 0) {
-    EXPECT_EQ(mesh.vertices.size() - made - copies.size(), result.split_vertices);
+  if (result.dropped_components == 0) {
     EXPECT_EQ(copies.size() + unused, mixture.size());
   }
   for (Index v = 0; v < mesh.vertices.size(); ++v)
-    if (result.component_of_vertex[v] != no_index && copies[result.component_of_vertex[v]] == 1) {
-      EXPECT_EQ(mesh.vertices.weights[v], mixture.weights[result.component_of_vertex[v]]);
+    if (const Index s = result.component_of_vertex[v]; s != no_index) {
+      EXPECT_EQ(mesh.vertices.weights[v], mixture.weights[s] / static_cast<double>(copies[s]));
     }
 }
 
@@ -315,7 +314,6 @@ TEST(Triangulate, KernelsTooSmallForASheetAreSound) {
 }
 
 TEST(Triangulate, RandomGaussiansAreSound) {
-  std::size_t split = 0;
   for (std::uint64_t seed = 1; seed <= 300; ++seed) {
     SCOPED_TRACE(seed);
     Random random(1000 + seed, test::sampling);
@@ -331,14 +329,11 @@ TEST(Triangulate, RandomGaussiansAreSound) {
                                      .min_dihedral = random.uniform() < 0.5 ? 0 : 28.6,
                                      .min_component_share = random.uniform(0, 0.2)};
     try {
-      const Triangulation result = triangulate(mixture, options);
-      expect_sound(mixture, result);
-      split += result.split_vertices;
+      expect_sound(mixture, triangulate(mixture, options));
     } catch (const NoSurfaceError&) {
     }
     if (HasFailure()) return;
   }
-  EXPECT_GT(split, 0U);
 }
 
 TEST(Triangulate, TinyIntegerGridsAreSound) {
