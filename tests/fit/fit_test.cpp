@@ -213,7 +213,9 @@ TEST(Fit, LeavesAPlaneThroughItsPointsAlone) {
 }
 
 // The points lie a constant above the plane. Anchors, one point each against those around
-// a vertex, and three iterations hold the first step back, most at the corners.
+// a vertex, and three iterations hold the first step back, most at the corners, where the points of a quarter of a
+// cell, about 140, count for the vertex, by the square of its weight: a few percent. Of 13 draws at most 3.7 % and 1.6
+// %.
 TEST(Fit, AlmostArrivesAtAParallelPlaneInOneStep) {
   const auto [mesh, rotation] = tilted_plane(6, true);
   test::Random random(8);
@@ -229,8 +231,8 @@ TEST(Fit, AlmostArrivesAtAParallelPlaneInOneStep) {
     }
     return largest;
   };
-  EXPECT_LT(error(1), 0.03 * 0.125);
-  EXPECT_LT(error(4), 0.01 * 0.125);
+  EXPECT_LT(error(1), 0.05 * 0.125);
+  EXPECT_LT(error(4), 0.02 * 0.125);
 }
 
 /// A fifth of the points, or more, uniform in a cube.
@@ -315,15 +317,16 @@ TEST(Fit, RefinesACrease) {
 
 // Points that fill space pull neighbours apart: no step may turn a face by more than a right angle.
 TEST(Fit, StepsTurnNoFaceOver) {
-  std::size_t restrained = 0;
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     test::Random random(seed, test::sampling);
     PointCloud cloud;
     for (int i = 0; i < 1500; ++i) cloud.positions.push_back(random.vector(-2, 2));
     cloud.weights.assign(1500, 1000);
-    const CovMesh mesh = sphere_mesh(4, random.uniform(0.5, 1.5));
+    CovMesh mesh = sphere_mesh(4, random.uniform(0.5, 1.5));
+    // No mean may leave its Gaussian either: balls leave room for folds.
+    for (Sym3& c : mesh.vertices.covariances) c = Sym3::identity(c.trace() / 2);
     const Fit fitted = fit(mesh, cloud, {.steps = 1, .refinements = 0});
-    restrained += fitted.restrained_faces;
+    EXPECT_GT(fitted.restrained_faces, 0U);  // the cloud is hostile enough
     for (std::size_t f = 0; f < mesh.faces.size(); ++f)
       EXPECT_GE(test::area_vector(mesh.faces, f, mesh.vertices.means)
                     .dot(test::area_vector(mesh.faces, f, fitted.mesh.vertices.means)),
@@ -331,7 +334,6 @@ TEST(Fit, StepsTurnNoFaceOver) {
           << seed << " " << f;
     for (const Vec3& mean : fit(mesh, cloud).mesh.vertices.means) EXPECT_TRUE(mean.allFinite());
   }
-  EXPECT_GT(restrained, 0U);  // the cloud is hostile enough, although no mean may leave its Gaussian either
 }
 
 /// Where the limit surface of a mesh in the plane z = 0 ends in the direction of x, along the middle third of that

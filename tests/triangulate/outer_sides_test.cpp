@@ -1,10 +1,8 @@
 #include <gtest/gtest.h>
 
-#include <gpsrecon/core/mesh_topology.h>
 #include <gpsrecon/triangulate/front.h>
 #include <gpsrecon/triangulate/outer_sides.h>
 #include <gpsrecon/triangulate/sheet_forest.h>
-#include <gpsrecon/triangulate/triangulate.h>
 
 #include "support/shapes.h"
 
@@ -169,8 +167,8 @@ TEST(OuterNormals, OfNestedShellsPointAwayFromTheMiddle) {
   EXPECT_EQ(right(outer_of(test::joined(test::tangent_discs(outer), test::tangent_discs(inner))), normals), 1);
 }
 
-/// A fin whose faces are closer than the Gaussians are wide, on a ball: the front must go around its edge, not through.
-TEST(OuterNormals, KeepTheFrontOnItsSideOfAThinFin) {
+/// A fin whose faces are closer than the Gaussians are wide, on a ball.
+TEST(OuterNormals, OfAThinFinAreThoseOfItsSides) {
   test::SampledShape shape = test::fibonacci_sphere(0);
   shape.area = 4 * std::numbers::pi;
   test::Random random(12, test::sampling);
@@ -196,11 +194,6 @@ TEST(OuterNormals, KeepTheFrontOnItsSideOfAThinFin) {
   shape.area = 4 * std::numbers::pi + 4 * 1.6;
   const Mixture mixture = test::tangent_discs(shape, 0.9, 0.15);
   EXPECT_GT(right(outer_of(mixture), shape.normals), 0.97);
-  const Triangulation result = triangulate(mixture);
-  const Topology t = topology(result.mesh.faces, result.mesh.vertices.size());
-  EXPECT_EQ(t.components, 1U);
-  EXPECT_EQ(t.boundary_loops, 0U);
-  EXPECT_EQ(t.euler, 2);
 }
 
 }  // namespace
