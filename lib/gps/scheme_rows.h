@@ -48,6 +48,7 @@ class StepRows {
            const auto& interior_vertex)
       : connectivity_(connectivity),
         corners_(corners),
+        masks_(),  // not left out: clang then warns, as this is a template
         kept_(masks_.add(std::array{1.0})),
         boundary_vertex_(masks_.add(std::array{3.0 / 4, 1.0 / 8, 1.0 / 8})),
         boundary_edge_(masks_.add(std::array{1.0 / 2, 1.0 / 2})),
@@ -101,6 +102,7 @@ class LimitRows {
       : connectivity_(connectivity),
         refined_(refined),
         corners_(corners),
+        masks_(),  // not left out: clang then warns, as this is a template
         unused_(masks_.add(std::array{LimitWeight{1, 0, 0}})),
         // The corner and the ends of its two edges, along which the tangents run.
         corner_(masks_.add(std::array{LimitWeight{1, -1, -1}, LimitWeight{0, 1, 0}, LimitWeight{0, 0, 1}})),

@@ -7,7 +7,7 @@
 #include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
 #include <numeric>
 
-#include "gps/meshes.h"
+#include "support/meshes.h"
 
 namespace gpsrecon::test {
 

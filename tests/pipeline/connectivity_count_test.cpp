@@ -8,7 +8,7 @@
 
 #include <atomic>
 
-#include "pipeline/clouds.h"
+#include "support/shapes.h"
 
 namespace {
 std::atomic<int> builds = 0;
