@@ -2,9 +2,11 @@
 #include <gpsrecon/core/version.h>
 #include <gpsrecon/io/io.h>
 #include <gpsrecon/measure/compare.h>
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <string_view>
 
 #include "bind_options.h"
 #include "commands.h"
@@ -41,20 +43,33 @@ void complete(ChainFiles& files) {
   if (files.report.empty() && !files.no_report) files.report = beside(files.out, ".report.json");
 }
 
+/// Numbered files in the folder of --dump.
+struct DumpedFiles {
+  std::string_view stem;
+  std::size_t digits;  ///< at least
+  std::string_view ending;
+
+  std::string name(std::size_t number) const {
+    const std::string text = std::to_string(number);
+    const std::string zeros(std::max(digits, text.size()) - text.size(), '0');
+    return std::string(stem) + zeros + text + std::string(ending);
+  }
+  bool has(std::string_view name) const { return name.starts_with(stem) && name.ends_with(ending); }
+};
+constexpr DumpedFiles dumped_levels{"level-", 2, ".mixture.ply"}, dumped_fronts{"front-", 8, ".mesh.ply"};
+
 /// Hooks the stages to keep what is between input and output: each level as a mixture, the growing front as a mesh of
 /// the means of the last level.
 void dump_levels_and_fronts(const std::string& folder, ReconstructOptions& options, Outputs& outputs,
                             PlyEncoding encoding) {
   if (folder.empty()) return;
-  const auto file = [folder](const char* format, std::size_t number) {
-    char name[64];
-    std::snprintf(name, sizeof name, format, number);
-    return (std::filesystem::path(folder) / name).string();
+  const auto file = [folder](const DumpedFiles& kind, std::size_t number) {
+    return (std::filesystem::path(folder) / kind.name(number)).string();
   };
   const auto last_level = std::make_shared<Mixture>();
   options.hem.on_level = [=, &outputs](int level, const Mixture& mixture) {
     *last_level = mixture;
-    outputs.stage(file("level-%02zu.mixture.ply", static_cast<std::size_t>(level)),
+    outputs.stage(file(dumped_levels, static_cast<std::size_t>(level)),
                   [&](const std::string& path) { write_mixture(mixture, path, encoding); });
   };
   options.triangulate.on_snapshot = [=, &outputs](std::size_t step, const FaceList& faces) {
@@ -62,8 +77,7 @@ void dump_levels_and_fronts(const std::string& folder, ReconstructOptions& optio
     mesh.positions = last_level->means;
     mesh.faces = faces;
     mesh.frame = last_level->frame;
-    outputs.stage(file("front-%08zu.mesh.ply", step),
-                  [&](const std::string& path) { write_mesh(mesh, path, encoding); });
+    outputs.stage(file(dumped_fronts, step), [&](const std::string& path) { write_mesh(mesh, path, encoding); });
   };
 }
 
@@ -131,11 +145,12 @@ ExitCode run_chain(Arguments& arguments) {
   options.check();
   check_fields(views);
   complete(files);
-  Outputs outputs(globals, {files.in});
-  outputs.plan(files.out, true);
-  outputs.plan(files.covmesh);
-  outputs.plan(files.report);
-  outputs.plan_folder(files.dump);
+  Outputs outputs(globals, {{"IN", files.in}});
+  outputs.plan({"OUT", files.out}, true);
+  outputs.plan({"--covmesh", files.covmesh});
+  outputs.plan({"--report", files.report});
+  outputs.plan_folder({"--dump", files.dump},
+                      [](const std::string& name) { return dumped_levels.has(name) || dumped_fronts.has(name); });
   views.plan(outputs);
   const Console console(globals);
   dump_levels_and_fronts(files.dump, options, outputs, encoding);

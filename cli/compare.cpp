@@ -143,8 +143,8 @@ ExitCode run_compare(Arguments& arguments) {
   check_fields(views);
   if (judged_file == "-" && reference_file == "-")
     throw OptionError("SHAPE and REFERENCE cannot both be standard input");
-  Outputs outputs(globals, {judged_file, reference_file});
-  outputs.plan(actions.report);
+  Outputs outputs(globals, {{"SHAPE", judged_file}, {"REFERENCE", reference_file}});
+  outputs.plan({"--report", actions.report});
   views.plan(outputs);
   const Console console(globals);
 

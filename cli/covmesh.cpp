@@ -210,9 +210,9 @@ ExitCode run_covmesh(Arguments& arguments) {
   bind_encoding(arguments, encoding);
   const GlobalOptions globals = arguments.parse();
   const std::vector<EditStep>& steps = script.steps();
-  Outputs outputs(globals, {in});
+  Outputs outputs(globals, {{"COVMESH", in}});
   const bool mesh_only = is_mesh_only(out);
-  outputs.plan(out, mesh_only);
+  outputs.plan({"OUT", out}, mesh_only);
   const Console console(globals);
 
   const RunContext context = console.context();

@@ -6,8 +6,8 @@
 namespace gpsrecon::cli {
 
 void ErrorViews::plan(Outputs& outputs) const {
-  outputs.plan(heatmap, true);
-  outputs.plan(html);
+  outputs.plan({"--heatmap", heatmap}, true);
+  outputs.plan({"--html", html});
 }
 
 void ErrorViews::stage(Outputs& outputs, const ErrorReport& report, const Mesh& mesh,

@@ -6,7 +6,7 @@ namespace gpsrecon::cli {
 enum class ExitCode : int {
   done = 0,
   other = 1,               ///< anything not listed below, such as lack of memory
-  usage = 2,               ///< unknown option or command, value out of range, contradicting options
+  usage = 2,               ///< unknown option or command, value out of range, contradicting options, output = input
   input = 3,               ///< input unreadable, invalid or without a single finite point
   no_surface = 4,          ///< one or two points, all points equal or on a line
   cancelled = 5,           ///< stopped by SIGINT or SIGTERM; no output was written

@@ -28,8 +28,8 @@ ExitCode run_fit(Arguments& arguments) {
   options.check();
   of_sensor.check();
   if (in == "-" && points_file == "-") throw OptionError("COVMESH and POINTS cannot both be standard input");
-  Outputs outputs(globals, {in, points_file});
-  outputs.plan(out);
+  Outputs outputs(globals, {{"COVMESH", in}, {"POINTS", points_file}});
+  outputs.plan({"OUT", out});
   const Console console(globals);
 
   CovMesh mesh = load_covmesh(in);

@@ -39,8 +39,8 @@ ExitCode run_infer(Arguments& arguments) {
   bind_encoding(arguments, encoding);
   const GlobalOptions globals = arguments.parse();
   options.check();
-  Outputs outputs(globals, {in});
-  outputs.plan(out);
+  Outputs outputs(globals, {{"MESH", in}});
+  outputs.plan({"OUT", out});
   const Console console(globals);
 
   const Mesh mesh = repair.repair ? repaired(load_soup(in), in, console) : load_mesh(in);

@@ -9,6 +9,7 @@
 #include "commands.h"
 #include "console.h"
 #include "inputs.h"
+#include "outputs.h"
 
 namespace gpsrecon::cli {
 
@@ -176,7 +177,12 @@ ExitCode run_info(Arguments& arguments) {
   arguments.positionals("FILE", files, "points, mixture, covariance mesh or mesh (- is standard input)");
   arguments.group("Output", false);
   arguments.fields(options);
-  const Console console(arguments.parse());
+  const GlobalOptions globals = arguments.parse();
+  std::vector<NamedFile> inputs;
+  for (const std::string& file : files) inputs.push_back({"FILE", file});
+  Outputs outputs(globals, std::move(inputs));
+  outputs.plan({"the answer", "-"});
+  const Console console(globals);
 
   Json all = Json::array();
   for (const std::string& file : files) all.push_back(info_of(file));

@@ -44,9 +44,9 @@ ExitCode run_mixture(Arguments& arguments) {
   scale.check();
   options.check();
   ellipsoid_options.check();
-  Outputs outputs(globals, {in});
-  outputs.plan(out);
-  outputs.plan(files.ellipsoids, true);
+  Outputs outputs(globals, {{"IN", in}});
+  outputs.plan({"OUT", out});
+  outputs.plan({"--ellipsoids", files.ellipsoids}, true);
   const Console console(globals);
 
   const PointCloud points = load_points(in, console, attributes);

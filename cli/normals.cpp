@@ -65,8 +65,8 @@ ExitCode run_normals(Arguments& arguments) {
   const GlobalOptions globals = arguments.parse();
   options.check();
   refuse_contradictions(files, options);
-  Outputs outputs(globals, {files.in, files.surface, files.mixture});
-  outputs.plan(files.out);
+  Outputs outputs(globals, {{"IN", files.in}, {"--surface", files.surface}, {"--mixture", files.mixture}});
+  outputs.plan({"OUT", files.out});
   const Console console(globals);
 
   const PointCloud points = load_points(files.in, console);

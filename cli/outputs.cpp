@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
+#include <utility>
 
 namespace gpsrecon::cli {
 
@@ -31,6 +32,19 @@ std::string canonical(const std::string& path) {
   return error ? path : absolute.string();
 }
 
+/// True if writing to `output` would change what `input` holds. Devices and pipes hold nothing.
+bool would_overwrite(const std::string& output, const std::string& input) {
+  const std::string written = canonical(output == "-" ? "/dev/stdout" : output);
+  const std::string read = canonical(input == "-" ? "/dev/stdin" : input);
+  std::error_code error;
+  if (!fs::exists(written, error) || !fs::exists(read, error)) return written == read;
+  return fs::is_regular_file(read, error) && fs::equivalent(written, read, error);
+}
+
+std::string in_words(const NamedFile& file, const char* standard_stream) {
+  return file.name + " " + (file.path == "-" ? standard_stream : file.path);
+}
+
 /// In the folder of the target, so that renaming is atomic, and with its extension, which decides the format.
 std::string temporary_for(const std::string& target, std::size_t number) {
   const fs::path path(target);
@@ -48,12 +62,10 @@ std::string lower_extension(const std::string& path) {
 
 }  // namespace
 
-Outputs::Outputs(const GlobalOptions& options, const std::vector<std::string>& inputs) {
-  for (const std::string& input : inputs)
-    if (!options.log_file.empty() && canonical(input) == canonical(options.log_file))
-      throw OptionError("--log-file: " + input + " is an input");
+Outputs::Outputs(const GlobalOptions& options, std::vector<NamedFile> inputs) : inputs_(std::move(inputs)) {
+  inputs_.push_back({"--config", options.config});
   if (options.log_file == "-") throw OptionError("--log-file: expected a file, got '-'");
-  plan(options.log_file);
+  plan({"--log-file", options.log_file});
 }
 
 Outputs::~Outputs() {
@@ -62,20 +74,37 @@ Outputs::~Outputs() {
   if (!created_folder_.empty()) fs::remove(created_folder_, ignored);
 }
 
-void Outputs::plan(const std::string& path, bool mesh_format) {
-  if (path.empty()) return;
-  const std::string name = canonical(path);
-  for (const std::string& other : planned_)
-    if (name == other && (path == "-" || !is_direct(path)))
-      throw OptionError(path + ": two outputs would go to the same file");
-  planned_.push_back(name);
-  check_writable(path, mesh_format);
+void Outputs::refuse_input(const NamedFile& output) const {
+  for (const NamedFile& input : inputs_)
+    if (!input.path.empty() && would_overwrite(output.path, input.path))
+      throw OptionError(in_words(output, "(standard output)") + " is the same file as " +
+                        in_words(input, "(standard input)") + ": inputs are not overwritten");
 }
 
-void Outputs::plan_folder(const std::string& path) {
-  if (path.empty()) return;
-  fs::path folder(path);
+bool Outputs::is_planned(const std::string& target) const {
+  return std::any_of(planned_.begin(), planned_.end(), [&](const Planned& other) { return other.target == target; });
+}
+
+void Outputs::plan(const NamedFile& output, bool mesh_format) {
+  if (output.path.empty()) return;
+  refuse_input(output);
+  const std::string target = canonical(output.path);
+  for (const Planned& other : planned_)
+    if (target == other.target && (output.path == "-" || !is_direct(output.path)))
+      throw OptionError(in_words(other.file, "(standard output)") + " and " + in_words(output, "(standard output)") +
+                        " would go to the same file");
+  planned_.push_back({output, target});
+  check_writable(output.path, mesh_format);
+}
+
+void Outputs::plan_folder(const NamedFile& output, const std::function<bool(const std::string& name)>& is_written) {
+  if (output.path.empty()) return;
+  refuse_input(output);
+  fs::path folder(output.path);
   if (!folder.has_filename()) folder = folder.parent_path();  // "folder/"
+  std::error_code not_a_folder;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, not_a_folder))
+    if (is_written(entry.path().filename().string())) refuse_input({output.name, entry.path().string()});
   check_writable((fs::is_directory(folder) ? folder / "level" : folder).string());
 }
 
@@ -103,8 +132,7 @@ void Outputs::commit(const RunContext& context) {
     std::error_code error;
     fs::rename(file.temporary, file.target, error);
     if (error) throw OutputError(file.target + ": cannot be written: " + error.message());
-    const bool is_planned = std::find(planned_.begin(), planned_.end(), file.target) != planned_.end();
-    context.log(is_planned ? LogLevel::info : LogLevel::debug, "wrote " + file.target);
+    context.log(is_planned(file.target) ? LogLevel::info : LogLevel::debug, "wrote " + file.target);
   }
   staged_.clear();
   created_folder_.clear();

@@ -11,27 +11,33 @@
 
 namespace gpsrecon::cli {
 
-/// The output files of a command, of which all appear or none. Each is planned before work begins, staged as a
-/// temporary file when its content is known, and committed with the others at the end. "-" is standard output. What is
-/// neither a new nor a regular file (standard output, devices, pipes) cannot be renamed to and is written at the
-/// commit.
+/// A file by what the command line calls it, "IN" or "--report", and its path; an empty path stands for no file.
+struct NamedFile {
+  std::string name, path;
+};
+
+/// The output files of a command, of which all appear or none. None of them is a file that the command reads. Each is
+/// planned before work begins, staged as a temporary file when its content is known, and committed with the others at
+/// the end. "-" is standard output. What is neither a new nor a regular file (standard output, devices, pipes) cannot
+/// be renamed to and is written at the commit.
 class Outputs {
  public:
   using Writer = std::function<void(const std::string& path)>;
 
-  /// The log file of every command is an output like others, but written from the beginning. Throws OptionError if it
-  /// is one of the inputs, OutputError if it cannot be written.
-  Outputs(const GlobalOptions& options, const std::vector<std::string>& inputs);
+  /// `inputs` are all files that the command reads; the configuration file is another of every command. The log file
+  /// is an output like others, but written from the beginning. Throws what plan() throws.
+  Outputs(const GlobalOptions& options, std::vector<NamedFile> inputs);
   /// Removes what was not committed.
   ~Outputs();
   Outputs(const Outputs&) = delete;
   Outputs& operator=(const Outputs&) = delete;
 
-  /// Throws OptionError if another planned output is the same file; OutputError if it cannot be written, or if
-  /// `mesh_format` is set and its extension is not one of a mesh. An empty path stands for no output.
-  void plan(const std::string& path, bool mesh_format = false);
-  /// A folder for stage(), created with the first file in it if it does not exist (its parent must).
-  void plan_folder(const std::string& path);
+  /// Throws OptionError if an input or another planned output is the same file, whatever links and spellings lead to
+  /// it; OutputError if it cannot be written, or if `mesh_format` is set and its extension is not one of a mesh.
+  void plan(const NamedFile& output, bool mesh_format = false);
+  /// A folder for stage(), created with the first file in it if it does not exist (its parent must). `is_written` tells
+  /// by the name of a file in it whether it may be written. Throws OptionError if that would be an input.
+  void plan_folder(const NamedFile& folder, const std::function<bool(const std::string& name)>& is_written);
 
   /// Lets `write` write the content of `path`, to a temporary file of the same extension. Throws what it throws. An
   /// empty path does nothing.
@@ -48,7 +54,15 @@ class Outputs {
     std::string path;
     Writer write;
   };
-  std::vector<std::string> planned_;
+  void refuse_input(const NamedFile& output) const;
+  bool is_planned(const std::string& target) const;
+
+  struct Planned {
+    NamedFile file;
+    std::string target;
+  };
+  std::vector<NamedFile> inputs_;
+  std::vector<Planned> planned_;
   std::vector<Staged> staged_;
   std::vector<Direct> direct_;
   std::string created_folder_;

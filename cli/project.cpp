@@ -51,8 +51,8 @@ ExitCode run_project(Arguments& arguments) {
   const GlobalOptions globals = arguments.parse();
   scale.check();
   options.check();
-  Outputs outputs(globals, {in});
-  outputs.plan(out);
+  Outputs outputs(globals, {{"IN", in}});
+  outputs.plan({"OUT", out});
   const Console console(globals);
 
   const PointCloud points = load_points(in, console, attributes);

@@ -125,9 +125,9 @@ ExitCode run_scan(Arguments& arguments) {
   const GlobalOptions globals = arguments.parse();
   options.check();
   check_fields(files);
-  Outputs outputs(globals, files.is_shape() ? std::vector<std::string>() : std::vector<std::string>{files.surface});
-  outputs.plan(files.out);
-  outputs.plan(files.truth, true);
+  Outputs outputs(globals, {{"SURFACE", files.is_shape() ? "" : files.surface}});
+  outputs.plan({"OUT", files.out});
+  outputs.plan({"--truth", files.truth}, true);
   const Console console(globals);
 
   const Surface surface = load_surface(files);

@@ -44,10 +44,8 @@ ExitCode run_subdivide(Arguments& arguments) {
   scale.check();
   options.check();
   if (in == "-" && files.points == "-") throw OptionError("COVMESH and --points cannot both be standard input");
-  std::vector<std::string> inputs{in};
-  if (!files.points.empty()) inputs.push_back(files.points);
-  Outputs outputs(globals, inputs);
-  outputs.plan(out, true);
+  Outputs outputs(globals, {{"COVMESH", in}, {"--points", files.points}});
+  outputs.plan({"OUT", out}, true);
   const Console console(globals);
 
   const CovMesh covmesh = rules.over(load_covmesh(in, repair.repair, console), in);

@@ -21,8 +21,8 @@ ExitCode run_triangulate(Arguments& arguments) {
   const GlobalOptions globals = arguments.parse();
   options.rules = rules.over(options.rules);
   options.check();
-  Outputs outputs(globals, {in});
-  outputs.plan(out);
+  Outputs outputs(globals, {{"MIXTURE", in}});
+  outputs.plan({"OUT", out});
   const Console console(globals);
 
   const Mixture mixture = load_mixture(in);

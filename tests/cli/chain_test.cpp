@@ -131,12 +131,6 @@ TEST_F(ChainTest, existing_files_are_replaced_and_links_followed) {
   EXPECT_EQ(names_in(folder).size(), 5u);
 }
 
-TEST_F(ChainTest, input_may_be_replaced_by_the_output) {
-  do_here({"in.ply", "out.ply"});
-  do_here({"in.ply", "in.ply", "--no-covmesh", "--no-report"});
-  EXPECT_EQ(bytes("in.ply"), bytes("out.ply"));
-}
-
 TEST_F(ChainTest, standard_input_and_output) {
   do_here({"in.ply", "out.ply"});
   const ProcessResult piped = do_here({"-", "-"}, {.input = bytes("in.ply")});

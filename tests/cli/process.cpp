@@ -49,6 +49,13 @@ void drain(Pipe& pipe, std::string& text) {
     pipe.close_read();
 }
 
+/// Puts the file in the place of a descriptor, if a name is given.
+void redirect(const std::string& file, int flags, int descriptor) {
+  if (file.empty()) return;
+  const int opened = ::open(file.c_str(), flags | O_CLOEXEC);
+  if (opened < 0 || ::dup2(opened, descriptor) < 0) ::_exit(126);
+}
+
 /// Whether nothing that was written to the pipe waits to be read.
 bool is_empty(const Pipe& pipe) {
   int waiting = 0;
@@ -87,6 +94,8 @@ ProcessResult run(const std::vector<std::string>& arguments, const ProcessOption
     ::dup2(in.read_end, STDIN_FILENO);
     ::dup2(out.write_end, STDOUT_FILENO);
     ::dup2(err.write_end, STDERR_FILENO);
+    redirect(options.input_file, O_RDONLY, STDIN_FILENO);
+    redirect(options.output_file, O_WRONLY | O_APPEND, STDOUT_FILENO);
     std::signal(SIGPIPE, SIG_DFL);  // what is ignored here would be ignored there
     if (!options.folder.empty() && ::chdir(options.folder.c_str()) != 0) ::_exit(126);
     for (std::string& variable : variables) ::putenv(variable.data());

@@ -22,6 +22,8 @@ struct ProcessResult {
 
 struct ProcessOptions {
   std::string input = {};                     ///< what standard input holds
+  std::string input_file = {};                ///< standard input is this file instead
+  std::string output_file = {};               ///< standard output is appended to this file
   std::string folder = {};                    ///< working folder; empty: this one
   std::vector<std::string> environment = {};  ///< variables: NAME=VALUE sets one, NAME alone takes it away
   bool input_stays_open = false;              ///< standard input never ends

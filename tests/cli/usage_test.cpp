@@ -235,7 +235,7 @@ constexpr BadLine bad_lines[] = {
     {"in.xyz out.ply --config section.toml", "section.toml:1"},
     {"in.xyz out.ply --config value.toml", "value.toml:3: alpha: expected a number, got 'big'"},
     {"in.xyz out.ply --config twice.toml", "twice.toml:2: alpha is given twice"},
-    {"in.xyz out.ply --covmesh out.ply", "out.ply"},
+    {"in.xyz out.ply --covmesh out.ply", "OUT out.ply and --covmesh out.ply would go to the same file"},
     {"in.xyz out.ply --report ./out.ply", "out.ply"},
     {"in.xyz out.ply --report r --covmesh r", "same file"},
     {"in.xyz - --report -", "same file"},
