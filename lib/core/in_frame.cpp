@@ -37,6 +37,7 @@ Mixture in_frame(Mixture mixture, const Frame& frame) {
   mixture.means = in_frame(std::move(mixture.means), mixture.frame, frame);
   scale_covariances(mixture.covariances, mixture.frame, frame);
   mixture.sigma0 *= length_factor(mixture.frame, frame);
+  for (double& kernel : mixture.kernels) kernel *= length_factor(mixture.frame, frame);
   mixture.spacing *= length_factor(mixture.frame, frame);
   mixture.frame = frame;
   return mixture;

@@ -18,6 +18,8 @@ void for_each_attribute(const Mixture& from, Mixture& to, const Act& act) {
   act(from.weights, to.weights);
   act(from.normals, to.normals);
   act(from.normal_variances, to.normal_variances);
+  act(from.kernels, to.kernels);
+  act(from.outward, to.outward);
   act(from.colors, to.colors);
   for (std::size_t c = 0; c < from.scalars.size(); ++c) act(from.scalars[c].values, to.scalars[c].values);
 }
@@ -31,6 +33,9 @@ void validate(const Mixture& mixture) {
   if ((!mixture.normals.empty() && mixture.normals.size() != n) ||
       mixture.normal_variances.size() != mixture.normals.size())
     throw InvariantError("mixture: normals and normal variances must be absent or one per component");
+  if ((!mixture.kernels.empty() && mixture.kernels.size() != n) ||
+      (!mixture.outward.empty() && mixture.outward.size() != n))
+    throw InvariantError("mixture: kernels and outward directions must be absent or one per component");
   if (!mixture.colors.empty() && mixture.colors.size() != n)
     throw InvariantError("mixture: colors must be absent or one per component");
   for (const ScalarColumn& column : mixture.scalars)
@@ -40,6 +45,10 @@ void validate(const Mixture& mixture) {
     if (!mixture.means[s].allFinite()) fail(s, "has a mean that is not finite");
     if (!mixture.covariances[s].all_finite()) fail(s, "has a covariance that is not finite");
     if (!(mixture.weights[s] > 0) || !std::isfinite(mixture.weights[s])) fail(s, "has a weight that is not positive");
+    if (!mixture.kernels.empty() && !(mixture.kernels[s] >= 0 && std::isfinite(mixture.kernels[s])))
+      fail(s, "has a kernel that is not a width");
+    if (!mixture.outward.empty() && !mixture.outward[s].allFinite())
+      fail(s, "has an outward direction that is not finite");
     const Vec3 values = eigen_decomposition(mixture.covariances[s]).values;
     // Half the bound: the eigenvalues of a matrix on the bound are only good to a few ulp of the largest.
     if (!(values[2] > 0) || values[0] < 0.5 * min_eigenvalue_ratio * values[2])

@@ -22,14 +22,18 @@ struct Mixture {
   std::vector<double> weights;
   std::vector<Vec3> normals;             ///< empty, or unit mean normal axes (sign arbitrary)
   std::vector<double> normal_variances;  ///< empty, or as long as `normals`; >= 0
+  std::vector<double> kernels;           ///< empty if all points had the kernel sigma0, or its root mean square
+  std::vector<Vec3> outward;             ///< empty, or the mean of unit vectors to where its points were seen from
   std::vector<Color> colors;             ///< empty, or the mean colour of the points each component stands for
   std::vector<ScalarColumn> scalars;     ///< likewise for scalars: their mean, or the label most of the weight has
-  double sigma0 = 0;   ///< standard deviation of the kernel every point was given, in local units; 0 if unknown
+  double sigma0 = 0;   ///< standard deviation of the kernel points were given, usually; 0 if unknown; in local units
   double spacing = 0;  ///< side A of the area per point of the cloud, in local units; 0 if unknown
   Frame frame;         ///< the frame of means, covariances, sigma0 and spacing
 
   std::size_t size() const { return means.size(); }
   bool empty() const { return means.empty(); }
+  /// Standard deviation of the kernel in component s; 0 if unknown.
+  double kernel(std::size_t s) const { return kernels.empty() ? sigma0 : kernels[s]; }
   Gaussian component(std::size_t s) const { return {means[s], covariances[s]}; }
 };
 

@@ -9,23 +9,41 @@ namespace {
 // Columns of zeros stand for normals that were never computed.
 bool has_normals(const MixtureRows& rows) {
   for (std::size_t s = 0; s < rows.size(); ++s)
-    if (!Vec3::Map(rows.values.data() + s * rows.row_size + row_size_without_normals).isZero(0)) return true;
+    if (!Vec3::Map(rows.values.data() + s * rows.row_size + first_column_of_normals).isZero(0)) return true;
   return false;
+}
+
+RowLayout layout_of(const Mixture& mixture) {
+  return {
+      .normals = !mixture.normals.empty(), .kernels = !mixture.kernels.empty(), .outward = !mixture.outward.empty()};
 }
 
 }  // namespace
 
+std::vector<std::size_t> RowLayout::columns() const {
+  std::vector<std::size_t> places;
+  for (std::size_t c = 0; c < mixture_column_count; ++c) {
+    const bool there = c < first_column_of_normals   ? true
+                       : c < first_column_of_kernels ? normals
+                       : c < first_column_of_outward ? kernels
+                                                     : outward;
+    if (there) places.push_back(c);
+  }
+  return places;
+}
+
+MixtureRows::MixtureRows(const RowLayout& given, std::size_t count)
+    : layout(given), row_size(given.columns().size()), values(row_size * count) {}
+
 std::vector<std::string> gaussian_property_names(const Mixture& mixture) {
-  const std::size_t count = mixture.normals.empty() ? row_size_without_normals : row_size_with_normals;
-  std::vector<std::string> names(mixture_columns, mixture_columns + count);
+  std::vector<std::string> names;
+  for (const std::size_t c : layout_of(mixture).columns()) names.emplace_back(mixture_columns[c]);
   if (!mixture.colors.empty()) names.insert(names.end(), {"red", "green", "blue"});
   return names;
 }
 
 MixtureRows to_rows(const Mixture& mixture) {
-  const bool with_normals = !mixture.normals.empty();
-  MixtureRows rows{with_normals ? row_size_with_normals : row_size_without_normals, {}};
-  rows.values.resize(rows.row_size * mixture.size());
+  MixtureRows rows(layout_of(mixture), mixture.size());
   // Scaling by a power of two is exact, so covariances come back bit for bit.
   const double area = std::ldexp(1.0, 2 * mixture.frame.exponent);
   double* row = rows.values.data();
@@ -34,10 +52,14 @@ MixtureRows to_rows(const Mixture& mixture) {
     const Sym3 cov = mixture.covariances[s] * area;
     const double numbers[] = {mean.x(), mean.y(), mean.z(), cov.xx, cov.xy,
                               cov.xz,   cov.yy,   cov.yz,   cov.zz, mixture.weights[s]};
-    std::copy(std::begin(numbers), std::end(numbers), row);
+    double* next = std::copy(std::begin(numbers), std::end(numbers), row);
     // A wrapped normal in three numbers: the axis, as long as its angular variance plus one.
-    if (with_normals)
-      Vec3::Map(row + row_size_without_normals) = (mixture.normal_variances[s] + 1) * mixture.normals[s];
+    if (rows.layout.normals) {
+      Vec3::Map(next) = (mixture.normal_variances[s] + 1) * mixture.normals[s];
+      next += 3;
+    }
+    if (rows.layout.kernels) *next++ = std::ldexp(mixture.kernels[s], mixture.frame.exponent);
+    if (rows.layout.outward) Vec3::Map(next) = mixture.outward[s];
   }
   return rows;
 }
@@ -51,11 +73,13 @@ Mixture from_rows(const MixtureRows& rows, const Frame& frame, double world_sigm
   mixture.means.resize(n);
   mixture.covariances.resize(n);
   mixture.weights.resize(n);
-  const bool with_normals = rows.row_size == row_size_with_normals && has_normals(rows);
+  const bool with_normals = rows.layout.normals && has_normals(rows);
   if (with_normals) {
     mixture.normals.resize(n);
     mixture.normal_variances.resize(n);
   }
+  if (rows.layout.kernels) mixture.kernels.resize(n);
+  if (rows.layout.outward) mixture.outward.resize(n);
   const double area = std::ldexp(1.0, -2 * frame.exponent);
   const double* row = rows.values.data();
   for (std::size_t s = 0; s < n; ++s, row += rows.row_size) {
@@ -63,11 +87,14 @@ Mixture from_rows(const MixtureRows& rows, const Frame& frame, double world_sigm
     mixture.covariances[s] = Sym3{row[3], row[4], row[5], row[6], row[7], row[8]} * area;
     mixture.weights[s] = row[9];
     if (with_normals) {
-      const Vec3 scaled = Vec3::Map(row + row_size_without_normals);
+      const Vec3 scaled = Vec3::Map(row + first_column_of_normals);
       const double length = scaled.norm();
       mixture.normals[s] = scaled / length;
       mixture.normal_variances[s] = std::max(0.0, length - 1);
     }
+    const double* next = row + first_column_of_normals + (rows.layout.normals ? 3 : 0);
+    if (rows.layout.kernels) mixture.kernels[s] = std::ldexp(*next++, -frame.exponent);
+    if (rows.layout.outward) mixture.outward[s] = Vec3::Map(next);
   }
   return mixture;
 }

@@ -1,23 +1,35 @@
 #pragma once
 
 #include <gpsrecon/core/mixture.h>
+#include <iterator>
 #include <string>
 #include <vector>
 
-// Internal: the rows in which files hold a mixture, in world coordinates:
-// x y z covxx covxy covxz covyy covyz covzz weight [nvx nvy nvz].
+// The rows in which files hold a mixture, in world coordinates:
+// x y z covxx covxy covxz covyy covyz covzz weight [nvx nvy nvz] [kernel] [outx outy outz].
 
 namespace gpsrecon::internal {
 
-inline constexpr const char* mixture_columns[] = {"x",     "y",     "z",      "covxx", "covxy", "covxz", "covyy",
-                                                  "covyz", "covzz", "weight", "nvx",   "nvy",   "nvz"};
-inline constexpr std::size_t row_size_without_normals = 10;
-inline constexpr std::size_t row_size_with_normals = 13;
+inline constexpr const char* mixture_columns[] = {"x",     "y",      "z",     "covxx",  "covxy", "covxz",
+                                                  "covyy", "covyz",  "covzz", "weight", "nvx",   "nvy",
+                                                  "nvz",   "kernel", "outx",  "outy",   "outz"};
+inline constexpr std::size_t mixture_column_count = std::size(mixture_columns);
+inline constexpr std::size_t first_column_of_normals = 10, first_column_of_kernels = 13, first_column_of_outward = 14;
+
+/// Which of the columns there are.
+struct RowLayout {
+  bool normals = false, kernels = false, outward = false;
+
+  /// The columns, as places in mixture_columns.
+  std::vector<std::size_t> columns() const;
+};
 
 struct MixtureRows {
-  std::size_t row_size = row_size_without_normals;
+  RowLayout layout;
+  std::size_t row_size = first_column_of_normals;
   std::vector<double> values;  ///< row_size numbers per component
 
+  explicit MixtureRows(const RowLayout& given, std::size_t count);
   std::size_t size() const { return values.size() / row_size; }
 };
 

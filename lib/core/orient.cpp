@@ -118,6 +118,18 @@ std::size_t orient(const Mixture& vertices, FaceList& faces, Connectivity& conne
   return turn_over(faces, connectivity, pieces.components, wrong);
 }
 
+std::size_t orient_outward(const Mixture& vertices, FaceList& faces, Connectivity& connectivity) {
+  const Components components = face_components(connectivity);
+  std::vector<double> side(components.count, 0);
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    const Vec3 normal = area_vector(vertices.means, faces[f]);
+    for (const Index v : faces[f]) side[components.of_face[f]] += normal.dot(vertices.outward[v]);
+  }
+  std::vector<char> wrong(side.size());
+  for (std::size_t c = 0; c < side.size(); ++c) wrong[c] = side[c] < 0;
+  return turn_over(faces, connectivity, components, wrong);
+}
+
 std::size_t orient_by_vote(const Mixture& vertices, FaceList& faces, Connectivity& connectivity,
                            const PointCloud& cloud, std::span<const Vec3> directions, const RunContext& context) {
   const Pieces pieces = find_pieces(connectivity);

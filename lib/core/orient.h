@@ -16,6 +16,10 @@ namespace gpsrecon::internal {
 std::size_t orient(const Mixture& vertices, FaceList& faces, Connectivity& connectivity,
                    const std::optional<Vec3>& sensor);
 
+/// Turns over components, closed ones too, whose faces on the whole face away from where their vertices were seen from
+/// (Mixture::outward), each by its area: a room that was scanned from inside faces inward. Returns their number. O(n).
+std::size_t orient_outward(const Mixture& vertices, FaceList& faces, Connectivity& connectivity);
+
 /// Turns over open components whose normals most of the points around them contradict: each point votes, with its
 /// weight, on the vertex nearest to it. `directions` has one vector per point, of any length, that points to the outer
 /// side: its normal, or the way to its sensor. Vectors that are zero or not finite do not vote, nor does anyone on

@@ -42,6 +42,14 @@ PreparedCloud PreparedCloud::with_points(PointCloud points) const {
   other.scale = scale;
   other.diagonal = diagonal;
   other.sensor = sensor;
+  other.scale.spacing_at.resize(points.size());
+  other.scale.noise_at.resize(points.size());
+  std::vector<Neighbor> nearest;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    neighbors->nearest(points.positions[i], 1, nearest);
+    other.scale.spacing_at[i] = scale.spacing_at[nearest.front().index];
+    other.scale.noise_at[i] = scale.noise_at[nearest.front().index];
+  }
   other.neighbors = std::make_shared<const Neighbors>(points.positions);
   other.cloud = std::move(points);
   return other;
@@ -63,6 +71,10 @@ PreparedCloud prepare(const PointCloud& world, const ScaleOptions& options, cons
   if (!isolated.empty()) {
     std::vector<Index> kept = all_but(isolated, prepared.cloud.size());
     prepared.cloud = select(prepared.cloud, kept);
+    for (std::vector<double>* lengths : {&prepared.scale.spacing_at, &prepared.scale.noise_at}) {
+      for (std::size_t i = 0; i < kept.size(); ++i) (*lengths)[i] = (*lengths)[kept[i]];
+      lengths->resize(kept.size());
+    }
     for (Index& k : kept) k = prepared.source[k];
     prepared.source = std::move(kept);
     refuse_degenerate(prepared.cloud);

@@ -4,11 +4,13 @@
 #include <gpsrecon/core/scale.h>
 
 #include <gpsrecon/core/estimate_scale.h>
+#include <gpsrecon/core/local_scale.h>
 #include <gpsrecon/core/neighbors.h>
 #include <gpsrecon/core/numbers.h>
 #include <gpsrecon/core/order_statistics.h>
 #include <gpsrecon/core/parallel.h>
 #include <gpsrecon/core/principal_axes.h>
+#include <gpsrecon/core/sheets.h>
 #include <gpsrecon/core/sym3.h>
 #include <algorithm>
 #include <numbers>
@@ -53,48 +55,6 @@ bool in_sparse_sheet(const std::vector<Vec3>& points, const Neighbors& index, co
   return variance[0] < sheet_flatness * sheet_flatness * variance[1];
 }
 
-/// A second sheet near by has at least this share of the points.
-constexpr double least_sheet = 1.0 / 8;
-/// The middle third between the centres of two sheets holds at most this share of the points. Of one sheet, noisy or
-/// curved, cut in two halves, it holds a sixth or more.
-constexpr double most_between = 1.0 / 24;
-
-/// Drops those of the points `near` that lie in another sheet than the first of them; returns whether there are two.
-/// They show in the offsets along the normal as two heaps with hardly a point in the middle between them.
-bool keep_one_sheet(const std::vector<Vec3>& points, const Vec3& normal, std::vector<Neighbor>& near) {
-  const auto offset = [&](const Neighbor& n) { return normal.dot(points[n.index] - points[near.front().index]); };
-  std::vector<double> offsets;
-  offsets.reserve(near.size());
-  for (const Neighbor& n : near) offsets.push_back(offset(n));
-  std::sort(offsets.begin(), offsets.end());
-
-  // The cut with the largest variance between its two sides (Otsu 1979).
-  const auto n = static_cast<double>(offsets.size());
-  const double sum = std::accumulate(offsets.begin(), offsets.end(), 0.0);
-  double below = 0, best = 0, cut = 0, low = 0, high = 0;
-  for (std::size_t k = 1; k < offsets.size(); ++k) {
-    below += offsets[k - 1];
-    const auto left = static_cast<double>(k), right = n - left;
-    if (std::min(left, right) < least_sheet * n) continue;
-    const double step = (sum - below) / right - below / left;
-    if (left * right * step * step <= best) continue;
-    best = left * right * step * step;
-    cut = 0.5 * (offsets[k - 1] + offsets[k]);
-    low = below / left;
-    high = (sum - below) / right;
-  }
-  const double margin = (high - low) / 3;
-  const auto between =
-      std::count_if(offsets.begin(), offsets.end(), [&](double d) { return d > low + margin && d < high - margin; });
-  if (best == 0 || static_cast<double>(between) > most_between * n) return false;
-  const bool above = cut < 0;  // where the first point is
-  std::vector<Neighbor> kept;
-  for (const Neighbor& other : near)
-    if ((offset(other) > cut) == above) kept.push_back(other);
-  near = std::move(kept);
-  return true;
-}
-
 /// Walls count where at least this share of the neighbourhoods shows two sheets. Fewer hardly move a median; and where
 /// scans overlap badly, or depths come in steps, one surface shows as two here and there.
 constexpr double least_walls = 0.2;
@@ -118,7 +78,7 @@ void estimate_noise(const std::vector<Vec3>& points, const Neighbors& index, con
           index.nearest(center, noise_neighbors, found);
           const Eigen3 axes = eigen_decomposition(local_covariance(points, center, found));
           thickness[s] = smallest_deviation(axes);
-          if (keep_one_sheet(points, axes.vectors.col(0), found))
+          if (keep_one_sheet(points, axes.vectors.col(0), found) > 0)
             of_one_sheet[s] = smallest_deviation(eigen_decomposition(local_covariance(points, center, found)));
         }
       },
@@ -127,6 +87,27 @@ void estimate_noise(const std::vector<Vec3>& points, const Neighbors& index, con
   const double walls = static_cast<double>(of_one_sheet.size()) / static_cast<double>(thickness.size());
   scale.thin_walls = walls >= least_walls;
   scale.noise = median(scale.thin_walls ? of_one_sheet : thickness);
+}
+
+/// Logarithm of the ratio of two estimates of one length that may be chance; twice that is not.
+constexpr double chance = 0.3;
+
+/// A ratio of two estimates, as far as it is not chance.
+double beyond_chance(double ratio) {
+  const double x = std::log(ratio);
+  return std::exp(x * std::clamp((std::abs(x) - chance) / chance, 0.0, 1.0));
+}
+
+/// Lengths at the points become multiples of that of the whole cloud, and that one follows their median.
+void reconcile(double& whole, std::vector<double>& at) {
+  std::vector<double> values = at;
+  const double usual = median(values);
+  if (!(usual > 0) || !(whole > 0)) {
+    whole = usual;
+    return;
+  }
+  whole *= beyond_chance(usual / whole);
+  for (double& x : at) x = whole * beyond_chance(x / usual);
 }
 
 }  // namespace
@@ -148,13 +129,23 @@ Scale internal::estimate_scale(const PointCloud& cloud, const Neighbors& index, 
   std::vector<double> reordered = distances;
   const double typical = median(reordered);
   // A disc of the distance to the k-th neighbour holds k + 1 points.
-  scale.spacing = typical * std::sqrt(std::numbers::pi / static_cast<double>(k + 1));
+  const double disc = std::sqrt(std::numbers::pi / static_cast<double>(k + 1));
+  scale.spacing = typical * disc;
   estimate_noise(cloud.positions, index, context, scale);
+  scale.thickness = scale.noise;
+  std::vector<double> by_neighbors = distances;
+  for (double& spacing : by_neighbors) spacing *= disc;
+  LocalScale local = estimate_local_scale(cloud.positions, cloud.sensors, index, by_neighbors, context);
+  reconcile(scale.spacing, local.spacing);
+  reconcile(scale.noise, local.noise);
+  scale.spacing_at = std::move(local.spacing);
+  scale.noise_at = std::move(local.noise);
   scale.sigma0 = std::hypot(scale.spacing, scale.noise);
   scale.sigma0_local = std::hypot(0.4 * scale.spacing, 1.6 * scale.noise);
   if (options.isolation > 0)
     for (std::size_t i = 0; i < n; ++i)
-      if (distances[i] > options.isolation * typical && !in_sparse_sheet(cloud.positions, index, distances, i))
+      if (by_neighbors[i] > options.isolation * scale.spacing_at[i] &&
+          !in_sparse_sheet(cloud.positions, index, distances, i))
         scale.isolated.push_back(static_cast<Index>(i));
   context.progress("scale", 1);
   return scale;

@@ -193,6 +193,20 @@ void merge_children(const Mixture& level, const Candidates& c, std::size_t p, Mi
   next.means[slot] = origin + shift;
   next.covariances[slot] = floor_eigenvalues(covariance, covariance_floor);
 
+  if (!level.kernels.empty()) {
+    double variance = level.weights[s] * level.kernels[s] * level.kernels[s];
+    for (std::size_t e = c.offset[p]; e < c.offset[p + 1]; ++e) {
+      const Index i = c.child[e];
+      variance += c.log_likelihood[e] * level.weights[i] * level.kernels[i] * level.kernels[i];
+    }
+    next.kernels[slot] = std::sqrt(variance / weight);
+  }
+  if (!level.outward.empty()) {
+    Vec3 outward = level.weights[s] * level.outward[s];
+    for (std::size_t e = c.offset[p]; e < c.offset[p + 1]; ++e)
+      outward += c.log_likelihood[e] * level.weights[c.child[e]] * level.outward[c.child[e]];
+    next.outward[slot] = outward / weight;
+  }
   if (level.normals.empty()) return;
   const Vec3& axis = level.normals[s];
   Vec3 mean_axis = level.weights[s] / weight * axis;
@@ -271,12 +285,19 @@ struct Width {
   std::string choice;
 };
 
+double automatic_width(double spacing, double noise, InitialCovariance initial) {
+  return initial == InitialCovariance::local ? std::hypot(0.4 * spacing, 1.6 * noise) : std::hypot(spacing, noise);
+}
+
 Width choose_width(const Scale& scale, const LengthScale& units, const HemOptions& options, const RunContext& context) {
   if (!options.sigma0.is_automatic())
     return {options.sigma0.resolve(units, "sigma0"), "given, " + options.sigma0.text()};
   const double automatic = automatic_sigma0(scale, options.initial);
   std::string choice = options.initial == InitialCovariance::local ? "sqrt((0.4 spacing)^2 + (1.6 noise)^2)"
                                                                    : "sqrt(spacing^2 + noise^2)";
+  if (std::any_of(scale.noise_at.begin(), scale.noise_at.end(), [&](double x) { return x != scale.noise; }) ||
+      std::any_of(scale.spacing_at.begin(), scale.spacing_at.end(), [&](double x) { return x != scale.spacing; }))
+    choice += " at each point; the one told is that of the whole";
   if (scale.thin_walls) choice += ", thin walls: the noise of one of their sheets";
   if (options.detail == 1) return {automatic, choice};
   double factor = 1 / options.detail;
@@ -289,6 +310,20 @@ Width choose_width(const Scale& scale, const LengthScale& units, const HemOption
                  " of the automatic one");
   }
   return {factor * automatic, choice};
+}
+
+/// Widths at the points, where the scale differs from that of the whole cloud and the options leave it automatic.
+void make_local(Kernel& kernel, const Scale& scale, const HemOptions& options) {
+  const auto differ = [](const std::vector<double>& at, double whole) {
+    return std::any_of(at.begin(), at.end(), [whole](double x) { return x != whole; });
+  };
+  const bool spacing = options.spacing.is_automatic() && differ(scale.spacing_at, scale.spacing);
+  if (spacing) kernel.spacing_at = scale.spacing_at;
+  if (!options.sigma0.is_automatic() || !(spacing || differ(scale.noise_at, scale.noise))) return;
+  const double factor = kernel.sigma0 / automatic_sigma0(scale, options.initial);
+  kernel.sigma0_at.resize(scale.spacing_at.size());
+  for (std::size_t i = 0; i < kernel.sigma0_at.size(); ++i)
+    kernel.sigma0_at[i] = factor * automatic_width(scale.spacing_at[i], scale.noise_at[i], options.initial);
 }
 
 /// All levels; `index` is that of the points.
@@ -363,6 +398,7 @@ Mixture build_mixture(const PointCloud& cloud, const HemOptions& options, const 
   kernel.spacing = options.spacing.resolve(units, "spacing", units.spacing);
   units.spacing = kernel.spacing;
   kernel.sigma0 = choose_width(scale, units, options, context).sigma0;
+  make_local(kernel, scale, options);
   return reduce(cloud, index, kernel, options, context);
 }
 
@@ -371,8 +407,9 @@ MixtureResult build_mixture(const PreparedCloud& cloud, const HemOptions& option
   const double unit = cloud.cloud.frame.scale();
   MixtureResult result;
   const Width width = choose_width(cloud.scale, cloud.lengths(), options, context);
-  const Kernel kernel{.sigma0 = width.sigma0,
-                      .spacing = options.spacing.resolve(cloud.lengths(), "spacing", cloud.scale.spacing)};
+  Kernel kernel{.sigma0 = width.sigma0,
+                .spacing = options.spacing.resolve(cloud.lengths(), "spacing", cloud.scale.spacing)};
+  make_local(kernel, cloud.scale, options);
   result.kernel = {.spacing = cloud.scale.spacing * unit,
                    .noise = cloud.scale.noise * unit,
                    .sigma0 = kernel.sigma0 * unit,

@@ -60,9 +60,19 @@ Mixture initial_mixture(const PointCloud& cloud, const Neighbors& index, const K
   mixture.spacing = kernel.spacing;
   mixture.means = cloud.positions;
   mixture.covariances.assign(n, Sym3::identity(variance));
+  mixture.kernels = kernel.sigma0_at;
+  for (std::size_t i = 0; i < mixture.kernels.size(); ++i)
+    mixture.covariances[i] = Sym3::identity(mixture.kernels[i] * mixture.kernels[i]);
   mixture.weights = cloud.weights;
   if (mixture.weights.empty()) mixture.weights.assign(n, 1.0);
 
+  if (!cloud.sensors.empty()) {
+    mixture.outward.resize(n);
+    for (std::size_t i = 0; i < n; ++i) {
+      const Vec3 way = cloud.sensors[i] - cloud.positions[i];
+      mixture.outward[i] = way.allFinite() ? Vec3(way.stableNormalized()) : Vec3(Vec3::Zero());
+    }
+  }
   const bool local = options.initial == InitialCovariance::local;
   const auto has_normal = [&cloud](std::size_t i) {
     return !cloud.normals.empty() && std::isfinite(cloud.normals[i].norm()) && cloud.normals[i].norm() > 0;
@@ -86,15 +96,20 @@ Mixture initial_mixture(const PointCloud& cloud, const Neighbors& index, const K
         [&](std::size_t, std::size_t begin, std::size_t end) {
           std::vector<Neighbor> near;
           for (std::size_t i = begin; i < end; ++i) {
+            const double spacing = kernel.spacing_at.empty() ? kernel.spacing : kernel.spacing_at[i];
             index.nearest(cloud.positions[i], static_cast<std::size_t>(options.neighbors), near);
+            // Repeated points and those of a scan line do not show the surface: then all in the disc that so many
+            // points spread evenly would fill.
+            const double disc = spacing * std::sqrt(options.neighbors / std::numbers::pi);
+            if (near.back().distance < 0.5 * disc) index.within(cloud.positions[i], disc, near);
             const Sym3 covariance = local_covariance(cloud.positions, cloud.positions[i], near);
             const Eigen3 e = eigen_decomposition(covariance);
             if (estimate_normals && !has_normal(i)) mixture.normals[i] = e.vectors.col(0);
             if (local && e.values[2] > 0) {
               // Scaled so that its largest deviation is the spacing: comparable from point to point, whatever k was.
-              const double spacing2 = squared_local_spacing(e.values[2], near.size(), kernel.spacing);
+              const double spacing2 = squared_local_spacing(e.values[2], near.size(), spacing);
               mixture.covariances[i] += spacing2 / e.values[2] * covariance;
-              mixture.covariances[i] += Sym3::identity(kernel_share * (spacing2 - kernel.spacing * kernel.spacing));
+              mixture.covariances[i] += Sym3::identity(kernel_share * (spacing2 - spacing * spacing));
             }
           }
         },

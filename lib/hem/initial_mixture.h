@@ -9,6 +9,7 @@ namespace gpsrecon::internal {
 struct Kernel {
   double sigma0 = 0;
   double spacing = 0;
+  std::vector<double> sigma0_at = {}, spacing_at = {};  ///< per point where they differ, or empty
 };
 
 /// Level 0 of the hierarchy: one Gaussian per point (Preiner et al. 2014, section 5.3, Eq. 12, 26; design of σ0 in

@@ -187,19 +187,22 @@ Mixture read_gaussians(const InputFile& file, const PlyHeader& header, FaceList*
   const auto property = [&names](const char* name) {
     return static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
   };
-  const bool with_normals =
-      std::all_of(mixture_columns + row_size_without_normals, mixture_columns + row_size_with_normals,
-                  [&](const char* name) { return property(name) < names.size(); });
-
-  MixtureRows rows{with_normals ? row_size_with_normals : row_size_without_normals, {}};
-  rows.values.resize(rows.row_size * element.count);
+  const auto has = [&](std::size_t first, std::size_t end) {
+    return std::all_of(mixture_columns + first, mixture_columns + end,
+                       [&](const char* name) { return property(name) < names.size(); });
+  };
+  MixtureRows rows({.normals = has(first_column_of_normals, first_column_of_kernels),
+                    .kernels = has(first_column_of_kernels, first_column_of_outward),
+                    .outward = has(first_column_of_outward, mixture_column_count)},
+                   element.count);
   VertexReader reader(element, attribute_roles(element));
   std::vector<PlyRequest> requests{reader.request};
-  for (std::size_t column = 0; column < rows.row_size && element.count > 0; ++column) {
-    if (const std::size_t p = property(mixture_columns[column]); p < names.size())
-      requests.front().sinks.push_back({.property = p, .stride = rows.row_size, .real = rows.values.data() + column});
+  const std::vector<std::size_t> columns = rows.layout.columns();
+  for (std::size_t k = 0; k < columns.size() && element.count > 0; ++k) {
+    if (const std::size_t p = property(mixture_columns[columns[k]]); p < names.size())
+      requests.front().sinks.push_back({.property = p, .stride = rows.row_size, .real = rows.values.data() + k});
     else  // only the weight may be missing
-      for (std::size_t s = 0; s < element.count; ++s) rows.values[s * rows.row_size + column] = 1;
+      for (std::size_t s = 0; s < element.count; ++s) rows.values[s * rows.row_size + k] = 1;
   }
   if (faces != nullptr) add_face_requests(header, element.count, *faces, requests);
   read_ply_body(file, header, requests);

@@ -195,11 +195,8 @@ void add_scalar(std::vector<Column>& columns, const ScalarColumn& scalar, PlyTyp
 
 std::vector<Column> gaussian_columns(const MixtureRows& rows) {
   std::vector<Column> columns;
-  for (std::size_t c = 0; c < rows.row_size; ++c)
-    columns.push_back({.name = mixture_columns[c],
-                       .type = PlyType::float64,
-                       .stride = rows.row_size,
-                       .real = rows.values.data() + c});
+  for (const double* first = rows.values.data(); const std::size_t c : rows.layout.columns())
+    columns.push_back({.name = mixture_columns[c], .type = PlyType::float64, .stride = rows.row_size, .real = first++});
   return columns;
 }
 

@@ -28,7 +28,9 @@ void ProjectionOptions::check() const {
 }
 
 double projection_sigma0(const Scale& scale, InitialCovariance initial) {
-  return 0.5 * automatic_sigma0(scale, initial);
+  // Attraction averages over the caps of the support radius, so that their curvature counts as well.
+  return 0.5 * (initial == InitialCovariance::local ? std::hypot(0.4 * scale.spacing, 1.6 * scale.thickness)
+                                                    : std::hypot(scale.spacing, scale.thickness));
 }
 
 PointCloud project_points(const PreparedCloud& cloud, const ProjectionOptions& options, const RunContext& context) {
@@ -39,8 +41,8 @@ PointCloud project_points(const PreparedCloud& cloud, const ProjectionOptions& o
   const double unit = points.frame.scale();
   const LengthScale lengths = cloud.lengths();
   ProjectOptions project = options.project;
-  project.support_radius =
-      options.support_radius.resolve(lengths, "support-radius", automatic_support_radius(scale.spacing, scale.noise));
+  project.support_radius = options.support_radius.resolve(lengths, "support-radius",
+                                                          automatic_support_radius(scale.spacing, scale.thickness));
   project.balance = options.method == ProjectionMethod::wlop;
   PointCloud particles = choose_particles(bare, options.particles, context);
   std::string onto = std::to_string(points.size()) + " points";

@@ -50,8 +50,8 @@ bool sectors_overlap(const Eigen::Vector2d& a0, const Eigen::Vector2d& a1, const
 
 std::vector<Vec3> sheet_normals(const Mixture& mixture, const RunContext& context) {
   std::vector<Vec3> normals(mixture.size());
-  const double kernel = mixture.sigma0 * mixture.sigma0;
   parallel_for(mixture.size(), context, [&](std::size_t i) {
+    const double kernel = mixture.kernel(i) * mixture.kernel(i);
     const Eigen3 e = eigen_decomposition(mixture.covariances[i]);
     // What never merged is the kernel, up to rounding, and has no axes of its own.
     const bool merged = e.values[1] > (1 + 1e-9) * kernel;

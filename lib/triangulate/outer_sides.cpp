@@ -16,6 +16,8 @@ constexpr double least_evidence = 0.5;
 /// Least (lit - unlit) / (lit + unlit) of a closed surface.
 constexpr double closed = 0.5;
 constexpr double opposed = -0.5;
+/// Least cosine between normal and mean way to the sensor that tells the side.
+constexpr double least_view = 0.15;
 
 /// Light on flat components: on the side their normals point to minus that on the other, and both together.
 struct Light {
@@ -57,6 +59,35 @@ std::vector<Index> connected_parts(const OverlapGraph& graph, std::size_t n) {
 
 }  // namespace
 
+std::vector<Vec3> outer_normals(const std::vector<Vec3>& outward, const OverlapGraph& graph,
+                                const std::vector<Vec3>& sheet_normals) {
+  const std::size_t n = outward.size();
+  std::vector<Vec3> outer(n, Vec3::Zero());
+  std::vector<Index> open;
+  for (Index i = 0; i < n; ++i) {
+    if (sheet_normals[i].isZero(0)) continue;
+    const double side = sheet_normals[i].dot(outward[i]);
+    if (std::abs(side) > least_view)
+      outer[i] = side < 0 ? Vec3(-sheet_normals[i]) : sheet_normals[i];
+    else
+      open.push_back(i);
+  }
+  // Rounds of those next to a side that is known, all at once, so that their order does not matter.
+  while (!open.empty()) {
+    std::vector<std::pair<Index, Vec3>> found;
+    for (const Index i : open) {
+      double side = 0;
+      for (const OverlapGraph::Link& link : graph[i])
+        side += std::exp(link.log_overlap) * sheet_normals[i].dot(outer[link.to]);
+      if (side != 0) found.emplace_back(i, side < 0 ? Vec3(-sheet_normals[i]) : sheet_normals[i]);
+    }
+    if (found.empty()) break;
+    for (const auto& [i, normal] : found) outer[i] = normal;
+    std::erase_if(open, [&](Index i) { return !outer[i].isZero(0); });
+  }
+  return outer;
+}
+
 std::vector<Vec3> outer_normals(const Mixture& mixture, const OverlapGraph& graph,
                                 const std::vector<Vec3>& sheet_normals, const RunContext& context) {
   const std::size_t n = mixture.size();
@@ -84,9 +115,14 @@ std::vector<Vec3> outer_normals(const Mixture& mixture, const OverlapGraph& grap
   std::vector<Light> on_part(n);
   for (Index i = 0; i < n; ++i)
     if (sets.find(i) == i) on_part[part[i]] += on_set[i].turned(on_set[i].difference < 0 ? -1 : 1);
+  const std::vector<Vec3> by_view =
+      mixture.outward.empty() ? std::vector<Vec3>() : outer_normals(mixture.outward, graph, sheet_normals);
   std::vector<Vec3> outer(n, Vec3::Zero());
   for (Index i = 0; i < n; ++i) {
-    if (!on_part[part[i]].from_one_side()) continue;
+    if (!on_part[part[i]].from_one_side()) {
+      if (!by_view.empty()) outer[i] = by_view[i];
+      continue;
+    }
     if (sheet_normals[i].isZero(0)) {
       // On the rim of an open sheet light comes from all around.
       Light around;

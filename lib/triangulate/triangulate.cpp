@@ -182,6 +182,8 @@ Triangulation triangulate(const Mixture& mixture, const TriangulateOptions& opti
   if (options.sensor) sensor = mixture.frame.to_local(*options.sensor);
   result.connectivity = build_connectivity(mesh.faces, mesh.vertices.size());
   result.flipped_components = orient(mesh.vertices, mesh.faces, result.connectivity, sensor);
+  if (!mesh.vertices.outward.empty())
+    result.flipped_components += orient_outward(mesh.vertices, mesh.faces, result.connectivity);
   for (const std::vector<Index>& loop : boundary_loops(result.connectivity))
     result.loop_reasons.push_back(mending.reason[kept[loop.front()]]);
   mesh.vertices = as_stored(mesh.vertices);

@@ -189,7 +189,7 @@ int run(int argc, char** argv) {
   const PointCloud& points = prepared.cloud;
   const Scale& scale = prepared.scale;
   const double spacing = scale.spacing / std::sqrt(s.subsample);  // of what attracts
-  const double automatic = automatic_support_radius(s.widen ? spacing : scale.spacing, scale.noise);
+  const double automatic = automatic_support_radius(s.widen ? spacing : scale.spacing, scale.thickness);
   s.project.support_radius = s.h_rel > 0 ? s.h_rel * prepared.diagonal : s.h_factor * automatic;
   timer.start("particles");
   const PointCloud start = choose_particles(points, s.particles, context);

@@ -55,6 +55,24 @@ TEST(Orient, TurnsOutwardAndTowardsTheSensor) {
   }
 }
 
+TEST(Orient, TurnsClosedComponentsToWhereTheyWereSeenFrom) {
+  for (const double side : {1.0, -1.0}) {
+    const Mesh mesh = test::sphere(1);
+    Mixture m;
+    m.means = mesh.positions;
+    m.covariances.assign(m.size(), Sym3::identity(0.1));
+    m.weights.assign(m.size(), 1.0);
+    for (const Vec3& p : m.means) m.outward.push_back(side * 0.7 * p);
+    m.outward.front().setZero();  // a vertex that nobody saw
+    FaceList faces = mesh.faces;
+    Connectivity connectivity = build_connectivity(faces, m.size());
+    EXPECT_EQ(orient_outward(m, faces, connectivity), side > 0 ? 0U : 1U);
+    EXPECT_GT(side * test::volume(faces, m.means), 0);
+    EXPECT_EQ(connectivity.corners, faces.corners);
+    EXPECT_EQ(orient_outward(m, faces, connectivity), 0U);
+  }
+}
+
 TEST(Orient, RoundingDoesNotChooseTheSideOfAFlatSheet) {
   // The flux from the centroid of a flat sheet is nothing but rounding, of another sign in other units.
   Random random(42);

@@ -549,12 +549,14 @@ TEST(Hem, FlatLevelsThinOutWhatIsFlat) {
   PointCloud cloud = test::rectangle(12000, 4, 2, 31).cloud();
   for (Vec3& p : cloud.positions)
     if (p.x() > 0) p.z() = 0.06 * (1 - std::cos(12 * p.x()));
-  const HemOptions plain{.flat_levels = 0, .initial = InitialCovariance::local};
+  // Crests and troughs are flat, too: at kernels of 0.4 to 1.6 spacings a fifth to a quarter of the rippled ones goes,
+  // and two fifths to a half of the flat ones.
+  const HemOptions plain{.sigma0 = Length::parse("0.5sp"), .flat_levels = 0, .initial = InitialCovariance::local};
   HemOptions flat = plain;
   flat.flat_levels = 4;
   const auto without = left_and_right(build_mixture(cloud, plain)), with = left_and_right(build_mixture(cloud, flat));
   EXPECT_LT(with.first, 0.7 * without.first);
-  EXPECT_GT(with.second, 0.85 * without.second);
+  EXPECT_GT(with.second, 0.75 * without.second);
   EXPECT_NEAR(moments(build_mixture(cloud, flat)).weight, 12000, 1e-8);
 }
 

@@ -28,6 +28,8 @@ void expect_same_bits(const Mixture& a, const Mixture& b) {
   EXPECT_TRUE(same_bytes(a.weights, b.weights));
   EXPECT_TRUE(same_bytes(a.normals, b.normals));
   EXPECT_TRUE(same_bytes(a.normal_variances, b.normal_variances));
+  EXPECT_TRUE(same_bytes(a.kernels, b.kernels));
+  EXPECT_TRUE(same_bytes(a.outward, b.outward));
   EXPECT_EQ(a.sigma0, b.sigma0);
   EXPECT_EQ(a.frame, b.frame);
 }
@@ -51,6 +53,22 @@ TEST_P(BothEncodings, MixtureAsStored) {
       write_mixture(mixture, path_, GetParam());
       EXPECT_EQ(probe_file(path_), FileKind::mixture);
       expect_same_bits(read_mixture(path_), as_stored(mixture));
+    }
+}
+
+TEST_P(BothEncodings, MixtureWithKernelsAndOutwardDirections) {
+  for (const bool with_normals : {false, true})
+    for (const bool with_kernels : {false, true}) {
+      Mixture mixture = test::random_mixture(50, utm, with_normals);
+      Random random(31);
+      mixture.outward = random.vectors(mixture.size());
+      for (std::size_t s = 0; with_kernels && s < mixture.size(); ++s)
+        mixture.kernels.push_back(random.uniform(0, 0.1));
+      write_mixture(mixture, path_, GetParam());
+      const Mixture read = read_mixture(path_);
+      expect_same_bits(read, as_stored(mixture));
+      EXPECT_EQ(read.outward, mixture.outward);
+      EXPECT_EQ(read.kernels, mixture.kernels);
     }
 }
 

@@ -53,6 +53,30 @@ TEST(OuterNormals, OfClosedShapes) {
   EXPECT_GT(right(outer_of(test::tangent_discs(box)), box.normals), 0.995);
 }
 
+/// From inside, where no light tells, and with half of the components seen by nobody or under a right angle.
+TEST(OuterNormals, FaceWhereTheyWereSeenFrom) {
+  const test::SampledShape sphere = test::fibonacci_sphere(900);
+  const Mixture mixture = test::tangent_discs(sphere);
+  const OverlapGraph graph = overlap_graph(mixture, 0.01, {});
+  std::vector<Vec3> outward, inside, sheets = sheet_normals(mixture, {});
+  for (std::size_t i = 0; i < mixture.size(); ++i) {
+    inside.push_back(-sphere.normals[i]);
+    const Vec3 to_the_left = Vec3(-0.5, 0, 0) - sphere.points[i];
+    outward.push_back(i % 4 == 0   ? Vec3(Vec3::Zero())
+                      : i % 4 == 1 ? Vec3(0.9 * sphere.normals[i].unitOrthogonal())
+                                   : to_the_left.normalized());
+  }
+  sheets[17].setZero();  // a crease has no side
+  const std::vector<Vec3> outer = outer_normals(outward, graph, sheets);
+  EXPECT_TRUE(outer[17].isZero(0));
+  for (std::size_t i = 0; i < outer.size(); ++i) {
+    if (i == 17) continue;
+    EXPECT_GT(outer[i].dot(inside[i]), 0.99) << i;
+  }
+  for (const Vec3& none : outer_normals(std::vector<Vec3>(mixture.size(), Vec3::Zero()), graph, sheets))
+    EXPECT_TRUE(none.isZero(0));
+}
+
 TEST(OuterNormals, OfComponentsThatLieInNoSheet) {
   const test::SampledShape sphere = test::fibonacci_sphere(900);
   Mixture mixture = test::tangent_discs(sphere);
