@@ -179,6 +179,7 @@ ExitCode run_info(Arguments& arguments) {
   arguments.fields(options);
   const GlobalOptions globals = arguments.parse();
   std::vector<NamedFile> inputs;
+  inputs.reserve(files.size());
   for (const std::string& file : files) inputs.push_back({"FILE", file});
   Outputs outputs(globals, std::move(inputs));
   outputs.plan({"the answer", "-"});
