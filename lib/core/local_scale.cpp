@@ -38,6 +38,8 @@ constexpr double slender = 0.25;
 /// And it is no layer of a thicker sheet if the points over its middle, in the next larger ball, deviate no more.
 constexpr double hidden = 0.6;
 constexpr double middle = 0.7;
+/// Points without any noise, but for the rounding of files, lie in a layer of rounded depths: larger balls tell.
+constexpr double exact = 1e-4;
 /// Least mean cosine towards the sensors that tells a side.
 constexpr double least_view = 0.15;
 /// The two sheets of a wall are as far apart in the next larger ball.
@@ -257,8 +259,9 @@ Sample measure(const Pyramid& pyramid, const Vec3& at, std::size_t number, Works
     for (std::size_t smaller = l == 2 ? 0 : l - 1; l >= 1 && smaller < l && !sample.certain; ++smaller) {
       if (l == 1 && levels.size() > 2) break;
       const Patch& judged = work.patches[smaller];
-      sample.certain = judged.thickness() <= 1 && deviation_over_middle(judged, level, work.near, work.nearest,
-                                                                        work.one_sheet) <= hidden * judged.across;
+      sample.certain =
+          judged.noise > exact * judged.across && judged.thickness() <= 1 &&
+          deviation_over_middle(judged, level, work.near, work.nearest, work.one_sheet) <= hidden * judged.across;
       // Where none shows a surface, as on clutter, the smallest one that looks thin.
       if (sample.certain || (least > 1 && judged.thickness() < least)) chosen = judged;
       least = std::min(least, judged.thickness());

@@ -19,8 +19,8 @@ std::vector<Vec3> outer_normals(const Mixture& mixture, const OverlapGraph& grap
                                 const std::vector<Vec3>& sheet_normals, const RunContext& context);
 
 /// The same from where the surface was seen: that side is the outer one. `outward` has a vector per
-/// component, as Mixture::outward: where it is shorter than half its points disagree, and where it is nearly at right
-/// angles to the normal noise would decide; there, and on creases and tips, the normal is zero. Then neighbours
+/// component, as Mixture::outward: where it is short its points disagree, and where it is nearly at right angles to the
+/// normal noise would decide; there, and on creases and tips, the normal is zero. Then neighbours
 /// decide: components without a side take the one that those overlapping them have, by their overlap, as long as there
 /// are any. O(n k).
 std::vector<Vec3> outer_normals(const std::vector<Vec3>& outward, const OverlapGraph& graph,

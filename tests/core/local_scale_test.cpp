@@ -140,6 +140,8 @@ TEST(LocalScale, LayersAreNoiseAndWallsAreNot) {
   const std::vector<Vec3> sensors(points.size(), Vec3(3, 3, 100));
   const double noise = step * std::hypot(0.6, 1 / std::sqrt(12.0));
   EXPECT_NEAR(median_of(local_scale(points, sensors).noise) / noise, 1, 0.3);
+  // Without sensors layers without any thickness are still none.
+  EXPECT_GT(median_of(local_scale(points).noise) / noise, 0.3);
 
   std::vector<Vec3> wall, around;
   for (const double side : {-1.0, 1.0})
