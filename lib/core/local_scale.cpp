@@ -40,8 +40,6 @@ constexpr double hidden = 0.6;
 constexpr double middle = 0.7;
 /// Points without any noise, but for the rounding of files, lie in a layer of rounded depths: larger balls tell.
 constexpr double exact = 1e-4;
-/// Least mean cosine towards the sensors that tells a side.
-constexpr double least_view = 0.15;
 /// The two sheets of a wall are as far apart in the next larger ball.
 constexpr double same_gap = 1.4;
 

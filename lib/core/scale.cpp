@@ -112,6 +112,13 @@ void reconcile(double& whole, std::vector<double>& at) {
 
 }  // namespace
 
+bool internal::differs_by_point(const Scale& scale) {
+  const auto differ = [](const std::vector<double>& at, double whole) {
+    return std::any_of(at.begin(), at.end(), [whole](double x) { return x != whole; });
+  };
+  return differ(scale.spacing_at, scale.spacing) || differ(scale.noise_at, scale.noise);
+}
+
 Scale estimate_scale(const PointCloud& cloud, const ScaleOptions& options, const RunContext& context) {
   return estimate_scale(cloud, Neighbors(cloud.positions), options, context);
 }
@@ -140,8 +147,8 @@ Scale internal::estimate_scale(const PointCloud& cloud, const Neighbors& index, 
   reconcile(scale.noise, local.noise);
   scale.spacing_at = std::move(local.spacing);
   scale.noise_at = std::move(local.noise);
-  scale.sigma0 = std::hypot(scale.spacing, scale.noise);
-  scale.sigma0_local = std::hypot(0.4 * scale.spacing, 1.6 * scale.noise);
+  scale.sigma0 = isotropic_width(scale.spacing, scale.noise);
+  scale.sigma0_local = local_width(scale.spacing, scale.noise);
   if (options.isolation > 0)
     for (std::size_t i = 0; i < n; ++i)
       if (by_neighbors[i] > options.isolation * scale.spacing_at[i] &&

@@ -286,7 +286,7 @@ struct Width {
 };
 
 double automatic_width(double spacing, double noise, InitialCovariance initial) {
-  return initial == InitialCovariance::local ? std::hypot(0.4 * spacing, 1.6 * noise) : std::hypot(spacing, noise);
+  return initial == InitialCovariance::local ? local_width(spacing, noise) : isotropic_width(spacing, noise);
 }
 
 Width choose_width(const Scale& scale, const LengthScale& units, const HemOptions& options, const RunContext& context) {
@@ -295,9 +295,7 @@ Width choose_width(const Scale& scale, const LengthScale& units, const HemOption
   const double automatic = automatic_sigma0(scale, options.initial);
   std::string choice = options.initial == InitialCovariance::local ? "sqrt((0.4 spacing)^2 + (1.6 noise)^2)"
                                                                    : "sqrt(spacing^2 + noise^2)";
-  if (std::any_of(scale.noise_at.begin(), scale.noise_at.end(), [&](double x) { return x != scale.noise; }) ||
-      std::any_of(scale.spacing_at.begin(), scale.spacing_at.end(), [&](double x) { return x != scale.spacing; }))
-    choice += " at each point; the one told is that of the whole";
+  if (differs_by_point(scale)) choice += " at each point; the one told is that of the whole";
   if (scale.thin_walls) choice += ", thin walls: the noise of one of their sheets";
   if (options.detail == 1) return {automatic, choice};
   double factor = 1 / options.detail;
@@ -314,12 +312,9 @@ Width choose_width(const Scale& scale, const LengthScale& units, const HemOption
 
 /// Widths at the points, where the scale differs from that of the whole cloud and the options leave it automatic.
 void make_local(Kernel& kernel, const Scale& scale, const HemOptions& options) {
-  const auto differ = [](const std::vector<double>& at, double whole) {
-    return std::any_of(at.begin(), at.end(), [whole](double x) { return x != whole; });
-  };
-  const bool spacing = options.spacing.is_automatic() && differ(scale.spacing_at, scale.spacing);
-  if (spacing) kernel.spacing_at = scale.spacing_at;
-  if (!options.sigma0.is_automatic() || !(spacing || differ(scale.noise_at, scale.noise))) return;
+  if (!differs_by_point(scale)) return;
+  if (options.spacing.is_automatic()) kernel.spacing_at = scale.spacing_at;
+  if (!options.sigma0.is_automatic()) return;
   const double factor = kernel.sigma0 / automatic_sigma0(scale, options.initial);
   kernel.sigma0_at.resize(scale.spacing_at.size());
   for (std::size_t i = 0; i < kernel.sigma0_at.size(); ++i)

@@ -1,10 +1,12 @@
 #include <gpsrecon/pipeline/projection.h>
 
 #include <gpsrecon/core/error.h>
-#include <cmath>
+#include <gpsrecon/core/estimate_scale.h>
 #include <string>
 
 namespace gpsrecon {
+
+using namespace internal;
 namespace {
 
 /// Without what is carried anew afterwards, so that it is not carried along.
@@ -29,8 +31,8 @@ void ProjectionOptions::check() const {
 
 double projection_sigma0(const Scale& scale, InitialCovariance initial) {
   // Attraction averages over the caps of the support radius, so that their curvature counts as well.
-  return 0.5 * (initial == InitialCovariance::local ? std::hypot(0.4 * scale.spacing, 1.6 * scale.thickness)
-                                                    : std::hypot(scale.spacing, scale.thickness));
+  return 0.5 * (initial == InitialCovariance::local ? local_width(scale.spacing, scale.thickness)
+                                                    : isotropic_width(scale.spacing, scale.thickness));
 }
 
 PointCloud project_points(const PreparedCloud& cloud, const ProjectionOptions& options, const RunContext& context) {

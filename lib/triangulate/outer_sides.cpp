@@ -4,6 +4,7 @@
 
 #include <gpsrecon/core/disjoint_sets.h>
 #include <gpsrecon/core/exposure.h>
+#include <gpsrecon/core/sheets.h>
 #include <gpsrecon/triangulate/sheet_forest.h>
 #include <algorithm>
 #include <cmath>
@@ -16,8 +17,6 @@ constexpr double least_evidence = 0.5;
 /// Least (lit - unlit) / (lit + unlit) of a closed surface.
 constexpr double closed = 0.5;
 constexpr double opposed = -0.5;
-/// Least cosine between normal and mean way to the sensor that tells the side.
-constexpr double least_view = 0.15;
 
 /// Light on flat components: on the side their normals point to minus that on the other, and both together.
 struct Light {
